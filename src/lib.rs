@@ -1,0 +1,7 @@
+//! boxwood: bounding volume hierarchies built and traced by Vulkan compute shaders, and measured honestly.
+//!
+//! Flow: `scene → bvh::{morton → sort → ploc → collapse → layout} → trace → bench::report`.
+
+pub mod abi;
+pub mod oracle;
+pub mod scene;

@@ -1,0 +1,1 @@
+//! CPU twins of the kernels, and references that they answer to. Order of trust: brute > reference > device.

@@ -1,0 +1,66 @@
+//! Meshes: what a scene is, and where it comes from.
+
+use crate::abi::Aabb;
+
+/// A triangle mesh in input order. Triangles that can't be hit stay in it, so that indices keep their meaning.
+#[derive(Debug, Clone, Default)]
+pub struct Scene {
+    /// What the user called it: a name with its size (`hairball:100000`) or a file's path.
+    pub name: String,
+    /// Vertex positions, scene units.
+    pub positions: Vec<[f32; 3]>,
+    /// Vertex indices, three a triangle; always within `positions`.
+    pub triangles: Vec<[u32; 3]>,
+    /// What was odd about the input and how often.
+    pub warnings: Vec<Warning>,
+    /// The scene's own view; none: a three-quarter view of its bounds.
+    pub camera: Option<Camera>,
+}
+
+/// Something left out or mended while reading a scene.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Warning {
+    /// What, in words that stand before a count: `faces of fewer than 3 vertices, left out`.
+    pub what: String,
+    /// How often.
+    pub count: u64,
+    /// The first place it was seen: a line, a face, a byte.
+    pub first: String,
+}
+
+/// A pinhole camera.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Camera {
+    /// Position, scene units.
+    pub eye: [f32; 3],
+    /// Point looked at.
+    pub target: [f32; 3],
+    /// Upward direction, any length, not along the view.
+    pub up: [f32; 3],
+    /// Vertical field of view, degrees.
+    pub fov_y: f32,
+}
+
+impl Scene {
+    /// The corners of triangle `i`.
+    pub fn corners(&self, i: usize) -> [[f32; 3]; 3] {
+        self.triangles[i].map(|v| self.positions[v as usize])
+    }
+
+    /// Bounds of all finite triangles; empty (lo > hi) where there are none.
+    pub fn bounds(&self) -> Aabb {
+        let mut b = Aabb { lo: [f32::INFINITY; 3], hi: [f32::NEG_INFINITY; 3] };
+        for t in 0..self.triangles.len() {
+            let corners = self.corners(t);
+            if corners.iter().flatten().all(|x| x.is_finite()) {
+                for p in corners {
+                    for k in 0..3 {
+                        b.lo[k] = b.lo[k].min(p[k]);
+                        b.hi[k] = b.hi[k].max(p[k]);
+                    }
+                }
+            }
+        }
+        b
+    }
+}
