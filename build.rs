@@ -1,1 +1,235 @@
-fn main() {}
+//! Compiles every kernel `glsl/<stage>/<verb>.comp` to SPIR-V, twice: with its buffers as storage-buffer bindings and
+//! as device addresses. Writes `kernels.rs` (one constant a kernel) and refuses a kernel whose member offsets differ
+//! from the host's. Also puts the commit into `BOXWOOD_COMMIT`.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::{env, fs, process};
+
+#[allow(dead_code)]
+#[path = "src/abi.rs"]
+mod abi;
+
+const GLSL: &str = "glsl";
+
+fn main() {
+    println!("cargo:rerun-if-changed={GLSL}");
+    println!("cargo:rerun-if-changed=src/abi.rs");
+    println!("cargo:rerun-if-changed=.git/logs/HEAD");
+    println!("cargo:rustc-env=BOXWOOD_COMMIT={}", commit());
+    if let Err(message) = kernels() {
+        eprintln!("{message}");
+        process::exit(1);
+    }
+}
+
+/// The commit being built, `+` where the tree has changes, `unknown` outside a checkout.
+fn commit() -> String {
+    let git = |args: &[&str]| {
+        let out = process::Command::new("git").args(args).output().ok().filter(|o| o.status.success())?;
+        Some(String::from_utf8_lossy(&out.stdout).trim().to_owned())
+    };
+    let Some(hash) = git(&["rev-parse", "--short=12", "HEAD"]) else { return "unknown".into() };
+    let dirty = git(&["status", "--porcelain", "--untracked-files=no"]).is_some_and(|s| !s.is_empty());
+    hash + if dirty { "+" } else { "" }
+}
+
+fn kernels() -> Result<(), String> {
+    let out_dir = PathBuf::from(env::var_os("OUT_DIR").ok_or("OUT_DIR is not set: run through cargo")?);
+    let compiler = shaderc::Compiler::new().map_err(|e| format!("shaderc did not start: {e}"))?;
+    let prelude = fs::read_to_string("glsl/prelude.glsl").map_err(|e| format!("glsl/prelude.glsl: {e}"))?;
+    let mut constants = String::new();
+    for (name, path) in sources(Path::new(GLSL))? {
+        let args = abi::STRUCTS
+            .iter()
+            .find(|s| s.kernel == name)
+            .ok_or_else(|| format!("{}: src/abi.rs has no struct `@kernel \"{name}\"`", path.display()))?;
+        let text = fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+        let stem = name.replace('/', "_");
+        for (mode, addresses) in [("bindings", false), ("addresses", true)] {
+            let source = format!(
+                "#version 460\n{}{prelude}\n{}{}#line 1\n{text}",
+                if addresses { "#define ADDRESSES\n" } else { "" },
+                elements(addresses),
+                arguments(args, addresses)
+            );
+            let spirv = compile(&compiler, &source, &path)?;
+            check_offsets(spirv.as_binary(), &name, addresses)?;
+            let file = out_dir.join(format!("{stem}.{mode}.spv"));
+            fs::write(&file, spirv.as_binary_u8()).map_err(|e| format!("{}: {e}", file.display()))?;
+        }
+        let _ = writeln!(
+            constants,
+            "/// `glsl/{name}.comp`\npub const {}: Kernel<abi::{}> = Kernel::new(\"{name}\", \
+             include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{stem}.bindings.spv\")), \
+             include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{stem}.addresses.spv\")));",
+            stem.to_uppercase(),
+            args.name
+        );
+    }
+    for s in abi::STRUCTS.iter().filter(|s| !s.kernel.is_empty()) {
+        if !Path::new(GLSL).join(format!("{}.comp", s.kernel)).exists() {
+            return Err(format!("src/abi.rs: {} names kernel {}, which glsl/ lacks", s.name, s.kernel));
+        }
+    }
+    fs::write(out_dir.join("kernels.rs"), constants).map_err(|e| format!("kernels.rs: {e}"))
+}
+
+/// All `.comp` files below `dir` as (`stage/verb`, path), in name order.
+fn sources(dir: &Path) -> Result<BTreeMap<String, PathBuf>, String> {
+    let mut found = BTreeMap::new();
+    for entry in fs::read_dir(dir).map_err(|e| format!("{}: {e}", dir.display()))? {
+        let path = entry.map_err(|e| format!("{}: {e}", dir.display()))?.path();
+        if path.is_dir() {
+            found.extend(sources(&path)?);
+        } else if path.extension().is_some_and(|e| e == "comp") {
+            let name = path.strip_prefix(GLSL).map_err(|e| e.to_string())?.with_extension("");
+            found.insert(name.to_string_lossy().replace('\\', "/"), path);
+        }
+    }
+    Ok(found)
+}
+
+fn compile(compiler: &shaderc::Compiler, source: &str, path: &Path) -> Result<shaderc::CompilationArtifact, String> {
+    let mut options = shaderc::CompileOptions::new().map_err(|e| format!("shaderc options: {e}"))?;
+    options.set_target_env(shaderc::TargetEnv::Vulkan, shaderc::EnvVersion::Vulkan1_2 as u32);
+    options.set_target_spirv(shaderc::SpirvVersion::V1_5);
+    // Member names must survive for `check_offsets`; drivers optimise by themselves.
+    options.set_optimization_level(shaderc::OptimizationLevel::Zero);
+    options.set_generate_debug_info();
+    options.set_warnings_as_errors();
+    options.set_include_callback(|wanted, _, _, _| {
+        let file = Path::new(GLSL).join(wanted);
+        let content = fs::read_to_string(&file).map_err(|e| format!("{}: {e}", file.display()))?;
+        Ok(shaderc::ResolvedInclude { resolved_name: file.to_string_lossy().into_owned(), content })
+    });
+    compiler
+        .compile_into_spirv(source, shaderc::ShaderKind::Compute, &path.to_string_lossy(), "main", Some(&options))
+        .map_err(|e| e.to_string())
+}
+
+enum Type {
+    Plain(String),
+    Pointer { element: String, qualifier: &'static str },
+}
+
+/// What a Rust type of `abi.rs` is in GLSL.
+fn glsl_type(rust: &str) -> Type {
+    let t: String = rust.chars().filter(|c| !c.is_whitespace()).collect();
+    let plain = |t: &str| {
+        match t {
+            "f32" => "float",
+            "u32" => "uint",
+            "i32" => "int",
+            "[f32;2]" => "vec2",
+            "[f32;3]" => "vec3",
+            "[f32;4]" => "vec4",
+            "[u32;2]" => "uvec2",
+            "[u32;3]" => "uvec3",
+            "[u32;4]" => "uvec4",
+            other => other,
+        }
+        .to_owned()
+    };
+    for (prefix, qualifier) in
+        [("Ptr<", "readonly restrict"), ("PtrMut<", "restrict"), ("PtrShared<", "coherent restrict")]
+    {
+        if let Some(element) = t.strip_prefix(prefix) {
+            return Type::Pointer { element: plain(element.trim_end_matches('>')), qualifier };
+        }
+    }
+    Type::Plain(plain(&t))
+}
+
+/// Constants and element structs.
+fn elements(addresses: bool) -> String {
+    let mut out = String::new();
+    for (name, value) in abi::CONSTANTS {
+        let _ = writeln!(out, "#define {name} {value}u");
+    }
+    for s in abi::STRUCTS.iter().filter(|s| s.kernel.is_empty()) {
+        out += &structure(s, addresses);
+    }
+    out
+}
+
+fn structure(s: &abi::Struct, addresses: bool) -> String {
+    let mut out = format!("struct {} {{\n", s.name);
+    for m in s.members {
+        let ty = match glsl_type(m.ty) {
+            Type::Plain(t) => t,
+            Type::Pointer { .. } if addresses => format!("Buffer_{}", m.name),
+            Type::Pointer { .. } => "uvec2".into(),
+        };
+        let _ = writeln!(out, "    {ty} {};", m.name);
+    }
+    out + "};\n"
+}
+
+/// One kernel's push constants and the buffers that they point to.
+fn arguments(s: &abi::Struct, addresses: bool) -> String {
+    let mut out = String::new();
+    let mut binding = 0;
+    for m in s.members {
+        let Type::Pointer { element, qualifier } = glsl_type(m.ty) else { continue };
+        let _ = if addresses {
+            writeln!(
+                out,
+                "layout(buffer_reference, scalar, buffer_reference_align = 4) {qualifier} buffer Buffer_{} {{ {element} at[]; }};",
+                m.name
+            )
+        } else {
+            writeln!(
+                out,
+                "layout(set = 0, binding = {binding}, scalar) {qualifier} buffer Buffer_{} {{ {element} at[]; }} b_{};",
+                m.name, m.name
+            )
+        };
+        binding += 1;
+    }
+    out += &structure(s, addresses);
+    let _ = writeln!(out, "layout(push_constant, scalar) uniform Push {{ {} args; }};", s.name);
+    out + if addresses { "#define P(x) args.x\n" } else { "#define P(x) b_##x\n" }
+}
+
+/// Compares every member offset of every shared struct in a module with the host's.
+fn check_offsets(words: &[u32], kernel: &str, addresses: bool) -> Result<(), String> {
+    const OP_NAME: u32 = 5;
+    const OP_MEMBER_NAME: u32 = 6;
+    const OP_MEMBER_DECORATE: u32 = 72;
+    const OFFSET: u32 = 35;
+    let text = |w: &[u32]| {
+        let bytes: Vec<u8> = w.iter().flat_map(|w| w.to_le_bytes()).take_while(|b| *b != 0).collect();
+        String::from_utf8_lossy(&bytes).into_owned()
+    };
+    let (mut names, mut members, mut offsets) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
+    let mut at = 5;
+    while at < words.len() {
+        let (len, op) = ((words[at] >> 16) as usize, words[at] & 0xffff);
+        let w = &words[at..at + len.max(1)];
+        match op {
+            OP_NAME => drop(names.insert(w[1], text(&w[2..]))),
+            OP_MEMBER_NAME => drop(members.insert((w[1], w[2]), text(&w[3..]))),
+            OP_MEMBER_DECORATE if w[3] == OFFSET => drop(offsets.insert((w[1], w[2]), w[4] as usize)),
+            _ => {}
+        }
+        at += len.max(1);
+    }
+    let mode = if addresses { "addresses" } else { "bindings" };
+    for ((id, index), offset) in &offsets {
+        let (Some(name), Some(member)) = (names.get(id), members.get(&(*id, *index))) else { continue };
+        let Some(host) = abi::STRUCTS.iter().find(|s| s.name == name) else { continue };
+        match host.members.iter().find(|m| m.name == member) {
+            Some(m) if m.offset == *offset => {}
+            Some(m) => {
+                return Err(format!(
+                    "{kernel} ({mode}): {name}.{member} is at {offset} in GLSL and {} in Rust",
+                    m.offset
+                ));
+            }
+            None => return Err(format!("{kernel} ({mode}): {name}.{member} is not in src/abi.rs")),
+        }
+    }
+    Ok(())
+}

@@ -16,6 +16,9 @@ pub struct Ptr<T>(pub [u32; 2], PhantomData<T>);
 /// Device address of an array of `T` that a kernel writes.
 #[repr(transparent)]
 pub struct PtrMut<T>(pub [u32; 2], PhantomData<T>);
+/// Device address of an array of `T` through which invocations of one dispatch hand values to each other.
+#[repr(transparent)]
+pub struct PtrShared<T>(pub [u32; 2], PhantomData<T>);
 
 macro_rules! pointer {
     ($name:ident) => {
@@ -31,10 +34,16 @@ macro_rules! pointer {
             }
         }
         impl<T> Copy for $name<T> {}
+        impl<T> core::fmt::Debug for $name<T> {
+            fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+                write!(f, "{:#010x}{:08x}", self.0[1], self.0[0])
+            }
+        }
     };
 }
 pointer!(Ptr);
 pointer!(PtrMut);
+pointer!(PtrShared);
 
 /// One member of a shared struct: its name, its Rust type as written, its byte offset.
 #[derive(Debug, Clone, Copy)]
@@ -45,6 +54,13 @@ pub struct Member {
     pub ty: &'static str,
     /// Byte offset on the host.
     pub offset: usize,
+}
+
+impl Member {
+    /// Whether this is a [`Ptr`], [`PtrMut`] or [`PtrShared`].
+    pub fn is_pointer(&self) -> bool {
+        self.ty.starts_with("Ptr")
+    }
 }
 
 /// A shared struct.
@@ -62,6 +78,7 @@ pub struct Struct {
 
 /// Arguments of one kernel.
 pub trait Args: bytemuck::NoUninit {
+
     /// Layout of the arguments.
     const STRUCT: Struct;
 }
@@ -70,8 +87,9 @@ macro_rules! abi {
     ($( $(#[doc = $doc:literal])* $(@kernel $kernel:literal)? struct $name:ident { $( $(#[doc = $fdoc:literal])* $field:ident : $ty:ty ),* $(,)? } )*) => {
         $(
             $(#[doc = $doc])*
+            $(#[doc = concat!("Arguments of `", $kernel, "`.")])?
             #[repr(C)]
-            #[derive(Clone, Copy)]
+            #[derive(Debug, Clone, Copy)]
             pub struct $name { $( $(#[doc = $fdoc])* pub $field: $ty, )* }
             abi!(@pod $name $($kernel)?);
             impl $name {
@@ -121,10 +139,16 @@ constants! {
     INVALID = 0xffff_ffff;
     /// Set in a child reference: the rest names a leaf.
     LEAF_BIT = 0x8000_0000;
-    /// Set in [`RawNode::count`]: the surface area heuristic prefers this subtree as one leaf.
+    /// Set in a raw node's count: the surface area heuristic prefers this subtree as one leaf.
     COLLAPSED_BIT = 0x8000_0000;
     /// Words of a triangle in a packed tree: nine coordinates and the input index.
     TRIANGLE_WORDS = 10;
+    /// Key of a triangle that can't be hit: sorts behind every Morton code.
+    UNHITTABLE_KEY = 0x8000_0000;
+    /// Clusters at and below which one workgroup runs PLOC's remaining rounds in one dispatch.
+    TAIL_CLUSTERS = 2048;
+    /// Largest triangle count of a leaf.
+    MAX_LEAF = 64;
 
     // Specialization constants: the id is the value. Every kernel gets its workgroup size as `WG`.
     /// Workgroup size, invocations.
@@ -177,6 +201,423 @@ abi! {
         lo: [f32; 3],
         /// Greatest corner.
         hi: [f32; 3],
+    }
+    /// What the triangles have in common. Floats as ordered integers: see `ordered` in `glsl/lib/ordered.glsl`.
+    struct SceneBounds {
+        /// Least corner, ordered integers.
+        lo: [u32; 3],
+        /// Greatest corner, ordered integers.
+        hi: [u32; 3],
+        /// Triangles that can be hit.
+        hittable: u32,
+        /// Bits of the (high) Morton codes that are 1 somewhere.
+        ones: u32,
+        /// Bits of the (high) Morton codes that are 0 somewhere.
+        zeros: u32,
+        /// As `ones`, of the low words of 63-bit codes.
+        low_ones: u32,
+        /// As `zeros`, of the low words of 63-bit codes.
+        low_zeros: u32,
+    }
+    /// A cluster of PLOC, beside its box.
+    struct Cluster {
+        /// Raw node, or [`LEAF_BIT`] | Morton rank of a triangle.
+        node: u32,
+        /// Morton rank of the first triangle: unique among live clusters, rising.
+        rank: u32,
+        /// Triangles.
+        count: u32,
+        /// Expected cost of the subtree if hit times its half area (not divided by the scene's): [Goldsmith87].
+        cost: f32,
+    }
+    /// An inner node of the binary tree before collapse and layout.
+    struct RawNode {
+        /// First child's box, unit space.
+        left_bounds: Aabb,
+        /// Second child's box, unit space.
+        right_bounds: Aabb,
+        /// First child: raw node, or [`LEAF_BIT`] | Morton rank.
+        left: u32,
+        /// Second child.
+        right: u32,
+        /// Triangles below, with [`COLLAPSED_BIT`].
+        count: u32,
+        /// Raw node above; [`INVALID`] at the root.
+        parent: u32,
+    }
+    /// An inner node of a packed tree, one 64-byte line.
+    struct Node {
+        /// First child's box, unit space.
+        left_bounds: Aabb,
+        /// Second child's box, unit space; empty where there is no second child.
+        right_bounds: Aabb,
+        /// First child: node, or [`LEAF_BIT`] | count − 1 | first triangle (see `SPEC_LEAF_BITS`).
+        left: u32,
+        /// Second child.
+        right: u32,
+        /// 0: keeps a node within one cache line.
+        pad: [u32; 2],
+    }
+    /// Where PLOC stands before a round; the first four words are an indirect dispatch and its workgroup count.
+    struct PlocState {
+        /// Workgroups of this round's dispatches; all 0 once the tail takes over.
+        groups: [u32; 3],
+        /// Live clusters.
+        clusters: u32,
+        /// Rounds done.
+        rounds: u32,
+    }
+    /// What PLOC leaves behind.
+    struct PlocRoot {
+        /// The root: raw node, or [`LEAF_BIT`] | 0.
+        node: u32,
+        /// Rounds in all: no path of the tree is longer.
+        rounds: u32,
+        /// 1: a round merged nothing, the tree is unfinished (never seen; see `ploc/tail`).
+        stalled: u32,
+        /// Cost of the root, as [`Cluster::cost`].
+        cost: f32,
+        /// Box of all triangles, unit space.
+        bounds: Aabb,
+    }
+    /// Box and triangle tests of one ray.
+    struct Tests {
+        /// Child boxes tested.
+        boxes: u32,
+        /// Triangles tested.
+        triangles: u32,
+    }
+
+    // ---- arguments -------------------------------------------------------------------------
+    @kernel "morton/bounds"
+    struct MortonBoundsArgs {
+        /// Corners, nine floats a triangle.
+        triangles: Ptr<f32>,
+        /// One; lo at the greatest and hi at the least ordered integer, the rest 0.
+        bounds: PtrMut<SceneBounds>,
+        /// Triangles.
+        count: u32,
+    }
+    @kernel "morton/encode"
+    struct MortonEncodeArgs {
+        /// Corners, nine floats a triangle.
+        triangles: Ptr<f32>,
+        /// One, from `morton/bounds`; gains the live bits.
+        bounds: PtrMut<SceneBounds>,
+        /// Codes: 30 bits, or the upper 31 of 63.
+        keys: PtrMut<u32>,
+        /// Low 32 of 63 bits; not followed where `wide` is 0.
+        low_keys: PtrMut<u32>,
+        /// 0, 1, 2, …
+        order: PtrMut<u32>,
+        /// Triangles.
+        count: u32,
+        /// 1: 63-bit codes.
+        wide: u32,
+    }
+    @kernel "sort/count"
+    struct SortCountArgs {
+        /// Keys.
+        keys: Ptr<u32>,
+        /// How often each digit occurs in each tile, digit-major.
+        counts: PtrMut<u32>,
+        /// Keys.
+        count: u32,
+        /// Lowest bit of the digit.
+        shift: u32,
+        /// Tiles: workgroups.
+        tiles: u32,
+    }
+    @kernel "sort/scatter"
+    struct SortScatterArgs {
+        /// Keys.
+        keys: Ptr<u32>,
+        /// What travels with them.
+        values: Ptr<u32>,
+        /// Where each tile's keys of each digit go, digit-major.
+        offsets: Ptr<u32>,
+        /// Keys in order of the digit, stable.
+        keys_out: PtrMut<u32>,
+        /// Values likewise.
+        values_out: PtrMut<u32>,
+        /// Keys.
+        count: u32,
+        /// Lowest bit of the digit.
+        shift: u32,
+        /// Tiles: workgroups.
+        tiles: u32,
+    }
+    @kernel "sort/gather"
+    struct SortGatherArgs {
+        /// Values of one word.
+        source: Ptr<u32>,
+        /// Which of them, in order.
+        order: Ptr<u32>,
+        /// `source[order[i]]`.
+        gathered: PtrMut<u32>,
+        /// Entries of `order`.
+        count: u32,
+    }
+    @kernel "sort/duplicates"
+    struct SortDuplicatesArgs {
+        /// Sorted keys.
+        keys: Ptr<u32>,
+        /// One: gains the keys that equal their predecessor.
+        duplicates: PtrMut<u32>,
+        /// Keys.
+        count: u32,
+    }
+    @kernel "scan/exclusive"
+    struct ScanExclusiveArgs {
+        /// Numbers; each becomes the sum of those before it.
+        sums: PtrMut<u32>,
+        /// One: the sum of all.
+        total: PtrMut<u32>,
+        /// Numbers.
+        count: u32,
+    }
+    @kernel "ploc/leaves"
+    struct PlocLeavesArgs {
+        /// Corners, nine floats a triangle.
+        triangles: Ptr<f32>,
+        /// Triangles in Morton order.
+        order: Ptr<u32>,
+        /// Boxes of the clusters, unit space.
+        bounds: PtrMut<Aabb>,
+        /// Clusters.
+        clusters: PtrMut<Cluster>,
+        /// Triangles.
+        count: u32,
+        /// Unit space is scene · `scale` − `anchor`.
+        scale: f32,
+        /// As above.
+        anchor: [f32; 3],
+        /// Cost of a triangle test, c_I.
+        triangle_cost: f32,
+    }
+    @kernel "ploc/search"
+    struct PlocSearchArgs {
+        /// Boxes of the clusters: `capacity` after an even number of rounds, then `capacity` after an odd one.
+        bounds: Ptr<Aabb>,
+        /// One a round.
+        state: Ptr<PlocState>,
+        /// Key of each cluster's least pair.
+        nearest: PtrMut<u32>,
+        /// This round.
+        round: u32,
+        /// Clusters that one half of `bounds` holds.
+        capacity: u32,
+    }
+    @kernel "ploc/search_loads"
+    struct PlocSearchLoadsArgs {
+        /// Boxes of the clusters, two halves.
+        bounds: Ptr<Aabb>,
+        /// One a round.
+        state: Ptr<PlocState>,
+        /// Key of each cluster's least pair.
+        nearest: PtrMut<u32>,
+        /// This round.
+        round: u32,
+        /// Clusters that one half of `bounds` holds.
+        capacity: u32,
+    }
+    @kernel "ploc/count"
+    struct PlocCountArgs {
+        /// Key of each cluster's least pair.
+        nearest: Ptr<u32>,
+        /// One a round.
+        state: Ptr<PlocState>,
+        /// Clusters that live on, of the workgroup's invocations before this one.
+        before: PtrMut<u32>,
+        /// Clusters that live on, a workgroup.
+        sums: PtrMut<u32>,
+        /// This round.
+        round: u32,
+    }
+    @kernel "ploc/scan"
+    struct PlocScanArgs {
+        /// Clusters that live on, a workgroup; becomes the sum of those before.
+        sums: PtrMut<u32>,
+        /// One a round: the next one is written.
+        state: PtrMut<PlocState>,
+        /// This round.
+        round: u32,
+        /// Clusters that one workgroup of the round's kernels handles.
+        tile: u32,
+    }
+    @kernel "ploc/merge"
+    struct PlocMergeArgs {
+        /// Key of each cluster's least pair.
+        nearest: Ptr<u32>,
+        /// From `ploc/count`.
+        before: Ptr<u32>,
+        /// From `ploc/scan`.
+        sums: Ptr<u32>,
+        /// One a round.
+        state: Ptr<PlocState>,
+        /// Boxes of the clusters, two halves: from one to the other.
+        bounds: PtrMut<Aabb>,
+        /// Clusters, two halves likewise.
+        clusters: PtrMut<Cluster>,
+        /// The tree.
+        nodes: PtrMut<RawNode>,
+        /// This round.
+        round: u32,
+        /// Clusters that one half holds.
+        capacity: u32,
+        /// Cost of a box-pair test, c_T.
+        traversal_cost: f32,
+        /// Cost of a triangle test, c_I.
+        triangle_cost: f32,
+        /// Largest leaf.
+        max_leaf: u32,
+    }
+    @kernel "ploc/tail"
+    struct PlocTailArgs {
+        /// Key of each cluster's least pair.
+        nearest: PtrShared<u32>,
+        /// Boxes of the clusters, two halves.
+        bounds: PtrShared<Aabb>,
+        /// Clusters, two halves.
+        clusters: PtrShared<Cluster>,
+        /// One a round.
+        state: Ptr<PlocState>,
+        /// The tree.
+        nodes: PtrShared<RawNode>,
+        /// One.
+        root: PtrMut<PlocRoot>,
+        /// The round whose state is the last.
+        round: u32,
+        /// Clusters that one half holds.
+        capacity: u32,
+        /// Cost of a box-pair test, c_T.
+        traversal_cost: f32,
+        /// Cost of a triangle test, c_I.
+        triangle_cost: f32,
+        /// Largest leaf.
+        max_leaf: u32,
+    }
+    @kernel "collapse/count"
+    struct CollapseCountArgs {
+        /// The tree.
+        nodes: Ptr<RawNode>,
+        /// Nodes kept, of the invocations before this one in the workgroup, and triangles of leaves directly below.
+        before: PtrMut<u32>,
+        /// Nodes kept a workgroup, then leaf triangles a workgroup.
+        sums: PtrMut<u32>,
+        /// Leaf triangles directly below each node; [`INVALID`] where the node isn't kept.
+        leaf_triangles: PtrMut<u32>,
+        /// Raw nodes.
+        count: u32,
+        /// Workgroups.
+        groups: u32,
+        /// Largest leaf.
+        max_leaf: u32,
+    }
+    @kernel "collapse/number"
+    struct CollapseNumberArgs {
+        /// From `collapse/count`.
+        before: Ptr<u32>,
+        /// From `collapse/count`, scanned.
+        sums: Ptr<u32>,
+        /// From `collapse/count`; becomes the first triangle of the leaves below each kept node.
+        leaf_triangles: PtrMut<u32>,
+        /// Packed index of each kept node.
+        packed: PtrMut<u32>,
+        /// Raw nodes.
+        count: u32,
+        /// Workgroups.
+        groups: u32,
+    }
+    @kernel "layout/pack"
+    struct LayoutPackArgs {
+        /// The tree.
+        raw: Ptr<RawNode>,
+        /// Packed index of each kept node; [`INVALID`] elsewhere.
+        packed: Ptr<u32>,
+        /// First triangle of the leaves below each kept node.
+        leaf_triangles: Ptr<u32>,
+        /// Corners, nine floats a triangle.
+        source: Ptr<f32>,
+        /// Triangles in Morton order.
+        order: Ptr<u32>,
+        /// The packed tree.
+        nodes: PtrMut<Node>,
+        /// Its triangles: [`TRIANGLE_WORDS`] each, coordinates scaled to unit space but not moved.
+        triangles: PtrMut<u32>,
+        /// Raw nodes.
+        count: u32,
+        /// Unit space is scene · `scale` − anchor.
+        scale: f32,
+    }
+    @kernel "layout/leaf"
+    struct LayoutLeafArgs {
+        /// The tree.
+        raw: Ptr<RawNode>,
+        /// From `ploc/tail`.
+        root: Ptr<PlocRoot>,
+        /// Corners, nine floats a triangle.
+        source: Ptr<f32>,
+        /// Triangles in Morton order.
+        order: Ptr<u32>,
+        /// The packed tree: one node.
+        nodes: PtrMut<Node>,
+        /// Its triangles.
+        triangles: PtrMut<u32>,
+        /// Triangles: at most [`MAX_LEAF`].
+        count: u32,
+        /// Unit space is scene · `scale` − anchor.
+        scale: f32,
+    }
+    @kernel "trace/single"
+    struct TraceSingleArgs {
+        /// Rays, scene space.
+        rays: Ptr<Ray>,
+        /// The packed tree.
+        nodes: Ptr<f32>,
+        /// Its triangles, [`TRIANGLE_WORDS`] each.
+        triangles: Ptr<u32>,
+        /// Hits, one a ray.
+        hits: PtrMut<Hit>,
+        /// One a ray; not followed where SPEC_COUNT is 0.
+        tests: PtrMut<Tests>,
+        /// Rays.
+        count: u32,
+        /// Root of the packed tree.
+        root: u32,
+        /// Exponent of the power of two that takes scene space to unit space.
+        exponent: i32,
+        /// Unit space is scene · 2^exponent − `anchor`.
+        anchor: [f32; 3],
+        /// Largest coordinate of the tree, unit space.
+        reach: f32,
+        /// Threads that a software driver deals workgroups to; 1 on a GPU.
+        threads: u32,
+    }
+    @kernel "trace/packet"
+    struct TracePacketArgs {
+        /// Rays, scene space.
+        rays: Ptr<Ray>,
+        /// The packed tree.
+        nodes: Ptr<Node>,
+        /// Its triangles, [`TRIANGLE_WORDS`] each.
+        triangles: Ptr<u32>,
+        /// Hits, one a ray.
+        hits: PtrMut<Hit>,
+        /// One a ray; not followed where SPEC_COUNT is 0.
+        tests: PtrMut<Tests>,
+        /// Rays.
+        count: u32,
+        /// Root of the packed tree.
+        root: u32,
+        /// Exponent of the power of two that takes scene space to unit space.
+        exponent: i32,
+        /// Unit space is scene · 2^exponent − `anchor`.
+        anchor: [f32; 3],
+        /// Largest coordinate of the tree, unit space.
+        reach: f32,
+        /// Threads that a software driver deals workgroups to; 1 on a GPU.
+        threads: u32,
     }
 }
 

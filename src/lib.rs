@@ -3,5 +3,8 @@
 //! Flow: `scene → bvh::{morton → sort → ploc → collapse → layout} → trace → bench::report`.
 
 pub mod abi;
+pub mod bvh;
+pub mod device;
+pub mod kernels;
 pub mod oracle;
 pub mod scene;

@@ -1,0 +1,27 @@
+// One invocation a raw node: where it is kept, its packed node and the triangles of the leaves directly below.
+// Reads raw, packed, leaf_triangles, source, order.
+#include "lib/pack.glsl"
+
+layout(constant_id = SPEC_ITEMS) const uint ITEMS = 1;
+
+uint pack_child(uint child, inout uint to) {
+    bool inner = child < LEAF_BIT && (P(raw).at[child].count & COLLAPSED_BIT) == 0;
+    if (inner) return P(packed).at[child];
+    uint count = pack_leaf(child, to);
+    to += count;
+    return leaf_reference(to - count, count);
+}
+
+void main() {
+    uint begin = invocation_index() * ITEMS;
+    uint end = min(begin + ITEMS, args.count);
+    for (uint i = begin; i < end; ++i) {
+        uint index = P(packed).at[i];
+        if (index == INVALID) continue;
+        RawNode node = P(raw).at[i];
+        uint to = P(leaf_triangles).at[i];
+        uint left = pack_child(node.left, to);
+        uint right = pack_child(node.right, to);
+        P(nodes).at[index] = Node(node.left_bounds, node.right_bounds, left, right, uvec2(0));
+    }
+}

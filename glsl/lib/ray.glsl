@@ -1,0 +1,91 @@
+// A ray made ready for boxes and triangles. Wants args.{exponent, anchor, reach}.
+//
+// Unit space: coordinates are scaled by 2^exponent, so that the scene measures between ½ and 1 and nothing overflows;
+// the direction is scaled by a power of two to a largest component in [1, 2). Both are exact. Boxes, not triangles,
+// are moved by −anchor besides, so that their coordinates are small however far from the origin the scene lies.
+//
+// Box padding. A hit that the triangle test reports lies within PAD · R of the ray in each axis and in depth, where R
+// is the largest coordinate difference between the ray's origin and the scene: the test rounds v − o (1 u, u = 2⁻²⁴)
+// and the shear (division 5 u, product and difference 2 u); the boxes' coordinates are rounded (1 u), the moved
+// origin (1 u), the reciprocal direction (5 u), one product and one sum a plane (2 u). That is below 20 u; PAD is
+// 32 u. Boxes larger by PAD · R on every side contain every hit, so no ray falls between two of them.
+const float PAD = 32.0 / 16777216.0;
+// Direction components below this are raised to it, with their sign: over the distance R that moves the ray by
+// 2⁻⁴⁰ R, far less than the padding, and ±0 needs no case of its own.
+const float LEAST_DIRECTION = 1.0 / 1099511627776.0;
+
+struct Setup {
+    vec3 origin;      // unit scale, not moved; in the order of axes
+    vec3 shear;       // of the triangle test: direction[axes.x], [axes.y] over [axes.z]; 1 over [axes.z]
+    uvec3 axes;       // a permutation of 0 1 2; axes.z is the direction's largest component
+    vec3 inverse;     // 1 / direction
+    vec3 near;        // t of a near plane at p: p · inverse + near, not too great
+    vec3 far;         // t of a far plane, not too small
+    float t_min;
+    float t_max;
+    int t_exponent;   // t of the file = t here · 2^t_exponent
+    vec3 direction;   // scaled
+    bool valid;       // finite, with a direction; other rays miss
+};
+
+bool finite(float x) { return (floatBitsToUint(x) & 0x7f800000u) != 0x7f800000u; }
+bool is_nan(float x) { return (floatBitsToUint(x) & 0x7fffffffu) > 0x7f800000u; }
+float power_of_two(int exponent) { return uintBitsToFloat(uint(exponent + 127) << 23); }
+
+// x · 2^exponent for |exponent| below 378: in three factors, for one could overflow where the product does not.
+float scaled(float x, int exponent) {
+    int third = exponent / 3;
+    return x * power_of_two(third) * power_of_two(third) * power_of_two(exponent - 2 * third);
+}
+
+Setup prepare(Ray ray) {
+    Setup s;
+    vec3 d = ray.direction, o = ray.origin;
+    s.valid = finite(d.x) && finite(d.y) && finite(d.z) && finite(o.x) && finite(o.y) && finite(o.z)
+              && !is_nan(ray.t_min) && !is_nan(ray.t_max);
+    float largest = max(abs(d.x), max(abs(d.y), abs(d.z)));
+    // A denormal direction is raised first, so that it has an exponent to read.
+    int lift = floatBitsToUint(largest) < 0x00800000u ? 64 : 0;
+    if (lift != 0) {
+        d *= 18446744073709551616.0;
+        largest *= 18446744073709551616.0;
+    }
+    s.valid = s.valid && largest > 0.0;
+    int exponent = int(floatBitsToUint(largest) >> 23) - 127;
+    d = vec3(scaled(d.x, -exponent), scaled(d.y, -exponent), scaled(d.z, -exponent));
+    s.direction = d;
+    s.t_exponent = lift - exponent - args.exponent;
+    s.t_min = scaled(ray.t_min, -s.t_exponent);
+    s.t_max = scaled(ray.t_max, -s.t_exponent);
+
+    o = vec3(scaled(o.x, args.exponent), scaled(o.y, args.exponent), scaled(o.z, args.exponent));
+    vec3 moved = o - args.anchor;
+    float reach = args.reach + max(abs(moved.x), max(abs(moved.y), abs(moved.z)));
+    for (int k = 0; k < 3; ++k) {
+        float sign_bit = uintBitsToFloat(floatBitsToUint(LEAST_DIRECTION) | (floatBitsToUint(d[k]) & 0x80000000u));
+        s.inverse[k] = 1.0 / (abs(d[k]) < LEAST_DIRECTION ? sign_bit : d[k]);
+    }
+    precise vec3 centre = -moved * s.inverse;
+    precise vec3 pad = (PAD * reach) * abs(s.inverse);
+    s.near = centre - pad;
+    s.far = centre + pad;
+
+    vec3 a = abs(d);
+    s.axes = a.z >= a.x && a.z >= a.y ? uvec3(0, 1, 2) : a.y >= a.x ? uvec3(2, 0, 1) : uvec3(1, 2, 0);
+    s.origin = vec3(o[s.axes.x], o[s.axes.y], o[s.axes.z]);
+    precise float over = 1.0 / d[s.axes.z];
+    s.shear = vec3(d[s.axes.x] / d[s.axes.z], d[s.axes.y] / d[s.axes.z], over);
+    return s;
+}
+
+// The ray of this invocation. Software drivers hand each thread one run of workgroups; dealing them out in turn
+// instead (args.threads > 1) evens out the threads' work.
+uint ray_index() {
+    uint group = group_index();
+    if (args.threads > 1) {
+        uint groups = (args.count + WG - 1) / WG;
+        uint share = (groups + args.threads - 1) / args.threads;
+        group = (group % share) * args.threads + group / share;
+    }
+    return group * WG + gl_LocalInvocationID.x;
+}

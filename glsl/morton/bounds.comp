@@ -1,0 +1,30 @@
+// One invocation ITEMS triangles: bounds.lo and hi take in every triangle that can be hit, hittable counts them.
+// Reads triangles. Keeps: bounds only grow, so the order of invocations doesn't matter.
+#include "lib/ordered.glsl"
+#include "lib/triangle.glsl"
+
+layout(constant_id = SPEC_ITEMS) const uint ITEMS = 1;
+
+void main() {
+    uint begin = invocation_index() * ITEMS;
+    uint end = min(begin + ITEMS, args.count);
+    vec3 lo = vec3(3.4e38), hi = vec3(-3.4e38);
+    uint count = 0;
+    for (uint i = begin; i < end; ++i) {
+        vec3 a = CORNER(triangles, i, 0u), b = CORNER(triangles, i, 1u), c = CORNER(triangles, i, 2u);
+        if (!hittable(a, b, c)) continue;
+        lo = min(lo, min(a, min(b, c)));
+        hi = max(hi, max(a, max(b, c)));
+        ++count;
+    }
+    // One atomic a subgroup, not one an invocation.
+    vec3 least = subgroupMin(lo), greatest = subgroupMax(hi);
+    uint sum = subgroupAdd(count);
+    if (subgroupElect() && sum > 0) {
+        for (int k = 0; k < 3; ++k) {
+            atomicMin(P(bounds).at[0].lo[k], ordered(least[k]));
+            atomicMax(P(bounds).at[0].hi[k], ordered(greatest[k]));
+        }
+        atomicAdd(P(bounds).at[0].hittable, sum);
+    }
+}

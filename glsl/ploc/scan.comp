@@ -1,0 +1,31 @@
+// One workgroup: sums[i] becomes the sum of those before it; state[round + 1] is how the next round is dispatched,
+// with no workgroups where the tail can take over. Reads state, sums.
+#include "lib/scan.glsl"
+
+void main() {
+    PlocState now = P(state).at[args.round];
+    uint groups = now.clusters > TAIL_CLUSTERS ? (now.clusters + args.tile - 1) / args.tile : 0;
+    uint length = (groups + WG - 1) / WG;
+    uint begin = min(gl_LocalInvocationID.x * length, groups);
+    uint end = min(begin + length, groups);
+    uint sum = 0;
+    for (uint i = begin; i < end; ++i) sum += P(sums).at[i];
+    uint all;
+    sum = workgroup_scan(sum, all);
+    for (uint i = begin; i < end; ++i) {
+        uint x = P(sums).at[i];
+        P(sums).at[i] = sum;
+        sum += x;
+    }
+    if (gl_LocalInvocationID.x == 0) {
+        PlocState next = now;
+        if (groups > 0) {
+            next.clusters = all;
+            next.rounds = now.rounds + 1;
+        }
+        uint wanted = next.clusters > TAIL_CLUSTERS ? (next.clusters + args.tile - 1) / args.tile : 0;
+        // As Recorder::dispatch shapes a grid.
+        next.groups = wanted == 0 ? uvec3(0) : uvec3(min(wanted, 32768u), (wanted + 32767u) / 32768u, 1);
+        P(state).at[args.round + 1] = next;
+    }
+}

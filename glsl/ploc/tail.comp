@@ -1,0 +1,37 @@
+// One workgroup: the rounds that remain once few clusters do, and the root. Reads and writes everything; each
+// hand-over between invocations goes through coherent buffers and passes SYNC.
+#define MERGE
+#include "lib/pair.glsl"
+#include "lib/search.glsl"
+#include "lib/merge.glsl"
+#include "lib/scan.glsl"
+
+#define SYNC memoryBarrierBuffer(); barrier()
+
+void main() {
+    uint me = gl_LocalInvocationID.x;
+    uint count = P(state).at[args.round].clusters;
+    if (count > TAIL_CLUSTERS) return;  // more rounds must come first
+    uint rounds = P(state).at[args.round].rounds;
+    uint stalled = 0;
+    while (count > 1 && stalled == 0) {
+        uint from = (rounds & 1u) * args.capacity, to = args.capacity - from;
+        for (uint i = me; i < count; i += WG) P(nearest).at[i] = least_key(i, count, from);
+        SYNC;
+        uint length = (count + WG - 1) / WG;
+        uint begin = min(me * length, count);
+        uint end = min(begin + length, count);
+        uint total;
+        uint place = workgroup_scan(count_living(begin, end), total);
+        merge_clusters(begin, end, from, to, place);
+        SYNC;
+        stalled = uint(total >= count);  // the same in every invocation: total is
+        count = total;
+        ++rounds;
+    }
+    if (me == 0) {
+        uint last = (rounds & 1u) * args.capacity;
+        Cluster cluster = P(clusters).at[last];
+        P(root).at[0] = PlocRoot(cluster.node, rounds, stalled, cluster.cost, P(bounds).at[last]);
+    }
+}

@@ -1,0 +1,21 @@
+// What every kernel starts with. build.rs puts the shared structs and the kernel's own arguments after it.
+#extension GL_EXT_buffer_reference : require
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_EXT_control_flow_attributes : require
+#extension GL_GOOGLE_include_directive : require
+#extension GL_KHR_shader_subgroup_basic : require
+#extension GL_KHR_shader_subgroup_arithmetic : require
+#extension GL_KHR_shader_subgroup_ballot : require
+#extension GL_KHR_shader_subgroup_vote : require
+
+layout(local_size_x_id = 0) in;                 // SPEC_WG
+layout(constant_id = 0) const uint WG = 64;     // the same number, for arithmetic
+
+// Index of this workgroup: grids of more than 65535 groups are two-dimensional.
+uint group_index() { return gl_WorkGroupID.x + gl_WorkGroupID.y * gl_NumWorkGroups.x; }
+// Index of this invocation in the whole dispatch.
+uint invocation_index() { return group_index() * WG + gl_LocalInvocationID.x; }
+
+// Minimum and maximum of numbers: no case for NaN, which min() and max() pay for on some drivers.
+float least_of(float a, float b) { return a < b ? a : b; }
+float greatest_of(float a, float b) { return a > b ? a : b; }

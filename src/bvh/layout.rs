@@ -1,0 +1,82 @@
+//! The packed tree: kept nodes as 64-byte lines with both children's boxes, triangles in leaf order.
+
+use super::collapse::Kept;
+use super::morton::Space;
+use super::ploc::RawTree;
+use super::sort::Order;
+use super::{Build, Bvh, Result, leaf_bits};
+use crate::abi::{
+    Aabb, INVALID, LayoutLeafArgs, LayoutPackArgs, Node, PlocRoot, SPEC_ITEMS, SPEC_LEAF_BITS, SPEC_WG,
+    TRIANGLE_WORDS,
+};
+use crate::kernels;
+
+/// Packs what is kept of `tree`.
+pub(super) fn pack(build: &mut Build<'_>, order: Order, tree: RawTree, kept: Kept, space: Space) -> Result<Bvh> {
+    let shape = build.device.shape().clone();
+    let n = tree.count as usize;
+    let bits = leaf_bits(build.recipe.collapse.max_leaf);
+    let whole_leaf = n > 0 && kept.count == 0;
+    let node_count = if whole_leaf { 1 } else { kept.count as usize };
+    let nodes = build.buffer::<Node>("bvh.nodes", node_count)?;
+    let triangles = build.buffer::<u32>("bvh.triangles", n * TRIANGLE_WORDS as usize)?;
+    let mut rec = build.recorder()?;
+    if whole_leaf {
+        rec.dispatch(
+            &kernels::LAYOUT_LEAF,
+            &[(SPEC_WG, 1), (SPEC_LEAF_BITS, bits)],
+            1,
+            LayoutLeafArgs {
+                raw: tree.nodes.ptr(),
+                root: tree.root_buffer.ptr(),
+                source: build.scene.triangles.ptr(),
+                order: order.triangles.ptr(),
+                nodes: nodes.ptr_mut(),
+                triangles: triangles.ptr_mut(),
+                count: tree.count,
+                scale: space.scale,
+            },
+        )?;
+    } else if n > 0 {
+        let raw_count = tree.count - 1;
+        rec.dispatch(
+            &kernels::LAYOUT_PACK,
+            &[(SPEC_WG, shape.workgroup), (SPEC_ITEMS, shape.items), (SPEC_LEAF_BITS, bits)],
+            raw_count.div_ceil(shape.workgroup * shape.items),
+            LayoutPackArgs {
+                raw: tree.nodes.ptr(),
+                packed: kept.packed.ptr(),
+                leaf_triangles: kept.leaf_triangles.ptr(),
+                source: build.scene.triangles.ptr(),
+                order: order.triangles.ptr(),
+                nodes: nodes.ptr_mut(),
+                triangles: triangles.ptr_mut(),
+                count: raw_count,
+                scale: space.scale,
+            },
+        )?;
+    }
+    build.run(rec)?;
+    let PlocRoot { rounds, cost, bounds, .. } = tree.root;
+    let area = half_area(&bounds);
+    Ok(Bvh {
+        nodes,
+        triangles,
+        root: if n == 0 { INVALID } else { kept.root },
+        leaf_bits: bits,
+        depth: rounds.max(1),
+        exponent: space.exponent,
+        anchor: space.anchor,
+        reach: space.reach,
+        bounds,
+        sah: if area > 0.0 { f64::from(cost) / area } else { 0.0 },
+        triangle_count: tree.count,
+        left_out: (build.scene.count() - n) as u32,
+    })
+}
+
+/// Half the surface area of a box.
+fn half_area(b: &Aabb) -> f64 {
+    let e: [f64; 3] = std::array::from_fn(|k| f64::from(b.hi[k]) - f64::from(b.lo[k]));
+    e[0] * e[1] + e[1] * e[2] + e[2] * e[0]
+}

@@ -1,0 +1,132 @@
+//! Builds trees on the device: `morton → sort → ploc → collapse → layout`. Knows no files and no command line.
+
+mod collapse;
+mod layout;
+mod morton;
+mod ploc;
+mod recipe;
+mod sort;
+mod tree;
+
+pub use recipe::{Collapse, Morton, Recipe};
+pub use tree::{Bvh, HostTree, SceneBuffers, leaf_bits};
+
+use crate::device::{Buffer, Device, DeviceError, Recorder, Times, Timing};
+use std::sync::Arc;
+use std::time::Instant;
+
+/// A tree and what it took.
+#[derive(Debug)]
+pub struct Built {
+    /// The tree.
+    pub bvh: Bvh,
+    /// Device times of all its submits.
+    pub times: Times,
+    /// Wall time of the whole build, ms.
+    pub wall_ms: f64,
+    /// Most device memory held at once beside the scene and the tree, bytes.
+    pub scratch_bytes: u64,
+    /// What the build did and what it skipped, a sentence each.
+    pub explain: Vec<String>,
+}
+
+/// State of a build: where passes are recorded to, and what has been learnt.
+struct Build<'a> {
+    device: &'a Arc<Device>,
+    scene: &'a SceneBuffers,
+    recipe: &'a Recipe,
+    timing: Timing,
+    times: Times,
+    explain: Vec<String>,
+}
+
+impl Build<'_> {
+    fn recorder(&self) -> Result<Recorder> {
+        Ok(Recorder::new(self.device, self.timing)?)
+    }
+
+    fn run(&mut self, recorder: Recorder) -> Result<()> {
+        self.times.append(recorder.submit()?);
+        Ok(())
+    }
+
+    fn buffer<T: bytemuck::NoUninit>(&self, name: &str, len: usize) -> Result<Buffer<T>> {
+        Ok(Buffer::new(self.device, name, len)?)
+    }
+
+    fn note(&mut self, sentence: impl Into<String>) {
+        self.explain.push(sentence.into());
+    }
+}
+
+/// A build that can't be done.
+#[derive(Debug, thiserror::Error)]
+pub enum BuildError {
+    /// The device failed.
+    #[error(transparent)]
+    Device(#[from] DeviceError),
+    /// A recipe's value is out of range.
+    #[error("{what} is {value}; it must be {range}")]
+    Recipe {
+        /// Which.
+        what: &'static str,
+        /// As given.
+        value: String,
+        /// What is allowed.
+        range: &'static str,
+    },
+    /// Too many triangles for 32-bit references.
+    #[error("{count} triangles: at most {limit} with leaves of up to {max_leaf} (the leaf's size takes bits of its reference)")]
+    TooMany {
+        /// Triangles.
+        count: usize,
+        /// Largest count.
+        limit: u64,
+        /// Largest leaf.
+        max_leaf: u32,
+    },
+    /// PLOC made no progress: a fault of the device or the driver.
+    #[error("ploc: {clusters} clusters were left after {rounds} rounds and none merged: the device computes wrong results (`boxwood devices` may tell why)")]
+    Stalled {
+        /// Rounds done.
+        rounds: u32,
+        /// Clusters left.
+        clusters: u32,
+    },
+}
+
+/// Result of a build.
+pub type Result<T> = std::result::Result<T, BuildError>;
+
+/// Device memory that building over `triangles` triangles takes at most, beside the scene's own, bytes.
+pub fn memory_needed(triangles: usize) -> u64 {
+    // ploc: boxes and clusters twice (80), nearest (4), raw nodes (64), order (4); the packed tree: at most a node
+    // (64) and a triangle (40) each; a little for counters.
+    triangles as u64 * (152 + 104) + (4 << 20)
+}
+
+/// Builds the tree of `scene` by `recipe`.
+///
+/// # Errors
+/// [`BuildError`].
+pub fn build(device: &Arc<Device>, scene: &SceneBuffers, recipe: &Recipe, timing: Timing) -> Result<Built> {
+    recipe.check()?;
+    let limit = 1u64 << (31 - leaf_bits(recipe.collapse.max_leaf));
+    if scene.count() as u64 > limit {
+        let (count, max_leaf) = (scene.count(), recipe.collapse.max_leaf);
+        return Err(BuildError::TooMany { count, limit, max_leaf });
+    }
+    device.require_memory(&format!("building over {} triangles", scene.count()), memory_needed(scene.count()))?;
+
+    let start = Instant::now();
+    let before = device.track_memory();
+    let mut build = Build { device, scene, recipe, timing, times: Times::default(), explain: vec![] };
+    let (codes, space) = morton::encode(&mut build)?;
+    let order = sort::by_code(&mut build, codes)?;
+    let tree = ploc::cluster(&mut build, &order, &space)?;
+    let kept = collapse::number(&mut build, &tree)?;
+    let bvh = layout::pack(&mut build, order, tree, kept, space)?;
+    let wall_ms = start.elapsed().as_secs_f64() * 1e3;
+    let scratch_bytes = device.peak_memory().saturating_sub(before + bvh.bytes());
+    Ok(Built { bvh, times: build.times, wall_ms, scratch_bytes, explain: build.explain })
+}

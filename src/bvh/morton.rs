@@ -1,0 +1,133 @@
+//! Scene bounds and Morton codes [Morton66, Karras12].
+
+use super::{Build, Morton, Result};
+use crate::abi::{
+    Aabb, MortonBoundsArgs, MortonEncodeArgs, PtrMut, SPEC_ITEMS, SPEC_WG, SceneBounds,
+};
+use crate::device::Buffer;
+use crate::kernels;
+
+/// A Morton code for each triangle.
+pub(super) struct Codes {
+    pub keys: Buffer<u32>,
+    /// Low words of 63-bit codes.
+    pub low_keys: Option<Buffer<u32>>,
+    pub order: Buffer<u32>,
+    /// Bits that differ between the keys of triangles that can be hit.
+    pub live: u32,
+    pub low_live: u32,
+    /// Triangles that can be hit.
+    pub hittable: u32,
+    bounds: Buffer<SceneBounds>,
+}
+
+/// From scene space to unit space.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Space {
+    pub exponent: i32,
+    pub scale: f32,
+    pub anchor: [f32; 3],
+    /// Largest absolute coordinate in unit space.
+    pub reach: f32,
+}
+
+/// A float from its ordered integer: the inverse of `ordered` in `glsl/lib/ordered.glsl`.
+fn unordered(key: u32) -> f32 {
+    f32::from_bits(if key & 0x8000_0000 != 0 { key & 0x7fff_ffff } else { !key })
+}
+
+/// Bounds of the scene, then 30-bit codes, or 63-bit ones where the recipe says so.
+pub(super) fn encode(build: &mut Build<'_>) -> Result<(Codes, Space)> {
+    let n = build.scene.count();
+    let shape = build.device.shape().clone();
+    let bounds = build.buffer::<SceneBounds>("morton.bounds", 1)?;
+    let wide = build.recipe.morton == Morton::Bits63;
+    let mut codes = Codes {
+        keys: build.buffer("sort.keys", n)?,
+        low_keys: if wide { Some(build.buffer("sort.low_keys", n)?) } else { None },
+        order: build.buffer("sort.order", n)?,
+        live: 0,
+        low_live: 0,
+        hittable: 0,
+        bounds,
+    };
+    let mut rec = build.recorder()?;
+    let zero = SceneBounds {
+        lo: [u32::MAX; 3],
+        hi: [0; 3],
+        hittable: 0,
+        ones: 0,
+        zeros: 0,
+        low_ones: 0,
+        low_zeros: 0,
+    };
+    rec.update(&codes.bounds, &[zero]);
+    let groups = (n as u32).div_ceil(shape.workgroup * shape.items);
+    rec.dispatch(
+        &kernels::MORTON_BOUNDS,
+        &[(SPEC_WG, shape.workgroup), (SPEC_ITEMS, shape.items)],
+        groups,
+        MortonBoundsArgs {
+            triangles: build.scene.triangles.ptr(),
+            bounds: codes.bounds.ptr_mut(),
+            count: n as u32,
+        },
+    )?;
+    let space = finish(build, rec, &mut codes)?;
+    Ok((codes, space))
+}
+
+/// Encodes anew with 63 bits.
+pub(super) fn widen(build: &mut Build<'_>, codes: &mut Codes) -> Result<()> {
+    codes.low_keys = Some(build.buffer("sort.low_keys", build.scene.count())?);
+    let rec = build.recorder()?;
+    finish(build, rec, codes)?;
+    Ok(())
+}
+
+/// Records `morton/encode`, runs all and reads what the codes have in common.
+fn finish(build: &mut Build<'_>, mut rec: crate::device::Recorder, codes: &mut Codes) -> Result<Space> {
+    let n = build.scene.count() as u32;
+    let shape = build.device.shape().clone();
+    rec.dispatch(
+        &kernels::MORTON_ENCODE,
+        &[(SPEC_WG, shape.workgroup), (SPEC_ITEMS, shape.items)],
+        n.div_ceil(shape.workgroup * shape.items),
+        MortonEncodeArgs {
+            triangles: build.scene.triangles.ptr(),
+            bounds: codes.bounds.ptr_mut(),
+            keys: codes.keys.ptr_mut(),
+            low_keys: codes.low_keys.as_ref().map_or(PtrMut::new(0), Buffer::ptr_mut),
+            order: codes.order.ptr_mut(),
+            count: n,
+            wide: codes.low_keys.is_some().into(),
+        },
+    )?;
+    build.run(rec)?;
+    let seen = codes.bounds.read()?[0];
+    codes.live = seen.ones & seen.zeros;
+    codes.low_live = seen.low_ones & seen.low_zeros;
+    codes.hittable = seen.hittable;
+    if seen.hittable < n {
+        // The key of those that can't be hit sorts them to the end.
+        codes.live |= crate::abi::UNHITTABLE_KEY;
+    }
+    Ok(space(&Aabb { lo: seen.lo.map(unordered), hi: seen.hi.map(unordered) }, seen.hittable))
+}
+
+/// Unit space of a scene: the longest edge between ½ and 1, the centre at 0.
+fn space(bounds: &Aabb, hittable: u32) -> Space {
+    if hittable == 0 {
+        return Space { exponent: 0, scale: 1.0, anchor: [0.0; 3], reach: 0.0 };
+    }
+    let (lo, hi) = (bounds.lo.map(f64::from), bounds.hi.map(f64::from));
+    let longest = (0..3).map(|k| hi[k] - lo[k]).fold(0.0, f64::max);
+    // A triangle that can be hit has distinct corners, so `longest` is above 0.
+    let exponent = (-(longest.log2().floor() as i32) - 1).clamp(-126, 126);
+    let scale = 2f64.powi(exponent);
+    let anchor: [f32; 3] = std::array::from_fn(|k| ((lo[k] + hi[k]) * 0.5 * scale) as f32);
+    let reach = (0..3)
+        .flat_map(|k| [lo[k], hi[k]].map(|x| (x * scale - f64::from(anchor[k])).abs()))
+        .fold(0.0, f64::max);
+    Space { exponent, scale: scale as f32, anchor, reach: reach as f32 * 1.000_001 }
+}

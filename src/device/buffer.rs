@@ -1,0 +1,232 @@
+//! Named, typed arrays in device memory, reached by device address.
+
+use super::error::{Context, DeviceError, Result};
+use super::{Device, Recorder, lock};
+use crate::abi::{Ptr, PtrMut, PtrShared};
+use ash::vk;
+use gpu_allocator::MemoryLocation;
+use gpu_allocator::vulkan as ga;
+use std::marker::PhantomData;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+/// Bytes that one staging copy moves.
+const STAGING: usize = 32 << 20;
+
+/// A Vulkan buffer and its memory.
+pub(super) struct Allocated {
+    pub(super) raw: vk::Buffer,
+    pub(super) address: u64,
+    pub(super) bytes: u64,
+    allocation: Option<ga::Allocation>,
+    device: Arc<Device>,
+}
+
+impl Allocated {
+    pub(super) fn new(device: &Arc<Device>, name: &str, bytes: u64, location: MemoryLocation) -> Result<Self> {
+        use vk::BufferUsageFlags as U;
+        let bytes = bytes.max(16).next_multiple_of(16);
+        let usage = U::TRANSFER_SRC
+            | U::TRANSFER_DST
+            | U::STORAGE_BUFFER
+            | U::INDIRECT_BUFFER
+            | U::SHADER_DEVICE_ADDRESS;
+        let info = vk::BufferCreateInfo::default().size(bytes).usage(usage);
+        // SAFETY: the device is alive; the info is complete.
+        let raw = unsafe { device.raw.create_buffer(&info, None) }.context(name)?;
+        // SAFETY: `raw` was just made by this device.
+        let requirements = unsafe { device.raw.get_buffer_memory_requirements(raw) };
+        let now = device.in_use.fetch_add(bytes, Ordering::Relaxed) + bytes;
+        device.peak.fetch_max(now, Ordering::Relaxed);
+        let allocation = lock(&device.allocator).allocate(&ga::AllocationCreateDesc {
+            name,
+            requirements,
+            location,
+            linear: true,
+            allocation_scheme: ga::AllocationScheme::GpuAllocatorManaged,
+        });
+        let mut buffer = Self { raw, address: 0, bytes, allocation: None, device: device.clone() };
+        let allocation = allocation.map_err(|source| match source {
+            gpu_allocator::AllocationError::OutOfMemory => DeviceError::Memory {
+                what: name.into(),
+                needed: bytes.div_ceil(1 << 20),
+                available: device.memory_free() >> 20,
+                device: device.info.name.clone(),
+            },
+            source => DeviceError::Allocation { what: name.into(), bytes, source },
+        })?;
+        // SAFETY: memory of the buffer's own requirements, bound once.
+        unsafe { device.raw.bind_buffer_memory(raw, allocation.memory(), allocation.offset()) }.context(name)?;
+        buffer.allocation = Some(allocation);
+        let info = vk::BufferDeviceAddressInfo::default().buffer(raw);
+        // SAFETY: the buffer has memory and the address usage.
+        buffer.address = unsafe { device.raw.get_buffer_device_address(&info) };
+        lock(&device.live).insert(buffer.address, (raw, bytes));
+        Ok(buffer)
+    }
+
+    /// The memory as host bytes, where it is mapped.
+    pub(super) fn mapped(&mut self) -> Option<&mut [u8]> {
+        self.allocation.as_mut().and_then(|a| a.mapped_slice_mut())
+    }
+}
+
+impl Drop for Allocated {
+    fn drop(&mut self) {
+        if self.address != 0 {
+            lock(&self.device.live).remove(&self.address);
+        }
+        self.device.discard(self.raw, self.allocation.take(), self.bytes);
+    }
+}
+
+/// `len` elements of `T` in device memory.
+pub struct Buffer<T> {
+    pub(super) memory: Allocated,
+    len: usize,
+    element: PhantomData<T>,
+}
+
+impl<T: bytemuck::NoUninit> Buffer<T> {
+    /// `len` elements, not cleared. `name` shows in errors: `"ploc.nodes"`.
+    ///
+    /// # Errors
+    /// [`DeviceError::Memory`] where the device has not as much.
+    pub fn new(device: &Arc<Device>, name: &str, len: usize) -> Result<Self> {
+        let bytes = (len as u64).saturating_mul(size_of::<T>() as u64);
+        let memory = Allocated::new(device, name, bytes, MemoryLocation::GpuOnly)?;
+        Ok(Self { memory, len, element: PhantomData })
+    }
+
+    /// A buffer of `elements`.
+    ///
+    /// # Errors
+    /// As [`Buffer::new`], or a failed copy.
+    pub fn from_slice(device: &Arc<Device>, name: &str, elements: &[T]) -> Result<Self> {
+        let buffer = Self::new(device, name, elements.len())?;
+        buffer.write(elements)?;
+        Ok(buffer)
+    }
+
+    /// Elements.
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether it holds no element.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Bytes of device memory.
+    pub fn bytes(&self) -> u64 {
+        self.memory.bytes
+    }
+
+    /// For kernels that read it.
+    pub fn ptr(&self) -> Ptr<T> {
+        Ptr::new(self.memory.address)
+    }
+
+    /// For kernels that write it.
+    pub fn ptr_mut(&self) -> PtrMut<T> {
+        PtrMut::new(self.memory.address)
+    }
+
+    /// For kernels whose invocations hand values to each other through it.
+    pub fn ptr_shared(&self) -> PtrShared<T> {
+        PtrShared::new(self.memory.address)
+    }
+
+    /// Copies `elements` to the start, through host-visible memory: the buffer itself may not be.
+    ///
+    /// # Errors
+    /// A failed copy; more elements than fit.
+    pub fn write(&self, elements: &[T]) -> Result<()> {
+        let device = &self.memory.device;
+        let bytes: &[u8] = bytemuck::cast_slice(elements);
+        if bytes.len() as u64 > self.memory.bytes {
+            let (wanted, limit) = (elements.len() as u64, self.len as u64);
+            return Err(DeviceError::Limit { what: "elements to write".into(), wanted, limit });
+        }
+        if bytes.is_empty() {
+            return Ok(());
+        }
+        let size = bytes.len().min(STAGING);
+        let mut staging = Allocated::new(device, "staging.write", size as u64, MemoryLocation::CpuToGpu)?;
+        for (i, chunk) in bytes.chunks(STAGING).enumerate() {
+            let Some(mapped) = staging.mapped() else { return Err(unmapped("staging.write")) };
+            mapped[..chunk.len()].copy_from_slice(chunk);
+            let mut rec = Recorder::new(device, super::Timing::Off)?;
+            rec.copy_bytes(&staging, 0, &self.memory, (i * STAGING) as u64, chunk.len() as u64);
+            rec.submit()?;
+        }
+        Ok(())
+    }
+}
+
+impl<T: bytemuck::Pod> Buffer<T> {
+    /// All elements.
+    ///
+    /// # Errors
+    /// A failed copy.
+    pub fn read(&self) -> Result<Vec<T>> {
+        self.read_first(self.len)
+    }
+
+    /// Element `index`.
+    ///
+    /// # Errors
+    /// A failed copy; no such element.
+    pub fn read_at(&self, index: usize) -> Result<T> {
+        if index >= self.len {
+            let (wanted, limit) = (index as u64, self.len as u64);
+            return Err(DeviceError::Limit { what: "element to read".into(), wanted, limit });
+        }
+        let device = &self.memory.device;
+        let size = size_of::<T>() as u64;
+        let mut staging = Allocated::new(device, "staging.read", size, MemoryLocation::GpuToCpu)?;
+        let mut rec = Recorder::new(device, super::Timing::Off)?;
+        rec.copy_bytes(&self.memory, index as u64 * size, &staging, 0, size);
+        rec.submit()?;
+        let Some(mapped) = staging.mapped() else { return Err(unmapped("staging.read")) };
+        Ok(bytemuck::pod_read_unaligned(&mapped[..size as usize]))
+    }
+
+    /// The first `count` elements.
+    ///
+    /// # Errors
+    /// A failed copy; more elements than there are.
+    pub fn read_first(&self, count: usize) -> Result<Vec<T>> {
+        if count > self.len {
+            let (wanted, limit) = (count as u64, self.len as u64);
+            return Err(DeviceError::Limit { what: "elements to read".into(), wanted, limit });
+        }
+        let mut out = vec![T::zeroed(); count];
+        let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut out);
+        if bytes.is_empty() {
+            return Ok(out);
+        }
+        let device = &self.memory.device;
+        let size = bytes.len().min(STAGING);
+        let mut staging = Allocated::new(device, "staging.read", size as u64, MemoryLocation::GpuToCpu)?;
+        for (i, chunk) in bytes.chunks_mut(STAGING).enumerate() {
+            let mut rec = Recorder::new(device, super::Timing::Off)?;
+            rec.copy_bytes(&self.memory, (i * STAGING) as u64, &staging, 0, chunk.len() as u64);
+            rec.submit()?;
+            let Some(mapped) = staging.mapped() else { return Err(unmapped("staging.read")) };
+            chunk.copy_from_slice(&mapped[..chunk.len()]);
+        }
+        Ok(out)
+    }
+}
+
+fn unmapped(what: &str) -> DeviceError {
+    DeviceError::Vulkan { call: what.into(), result: vk::Result::ERROR_MEMORY_MAP_FAILED }
+}
+
+impl<T> std::fmt::Debug for Buffer<T> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Buffer").field("len", &self.len).finish_non_exhaustive()
+    }
+}

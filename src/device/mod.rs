@@ -1,0 +1,350 @@
+//! Vulkan: devices, buffers, kernels, recorded passes and their times. Knows no trees.
+//! The one room where `unsafe` is allowed: each block holds one call and says why it is sound.
+#![allow(unsafe_code)]
+
+mod buffer;
+mod error;
+mod pipeline;
+mod recorder;
+mod select;
+mod shape;
+
+pub use buffer::Buffer;
+pub use error::{DeviceError, Result};
+pub use recorder::{Pass, Recorder, Timing, Times};
+pub use select::{DeviceInfo, Feature};
+pub use shape::Shape;
+
+use ash::vk;
+use error::Context;
+use gpu_allocator::vulkan as ga;
+use std::collections::{BTreeMap, HashMap};
+use std::ffi::{CStr, c_void};
+use std::mem::ManuallyDrop;
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+const VALIDATION: &CStr = c"VK_LAYER_KHRONOS_validation";
+
+/// How a kernel reaches its buffers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Pointers {
+    /// As bindings where every buffer fits one, else as addresses.
+    #[default]
+    Auto,
+    /// Always as device addresses: for tests, and drivers that like them better.
+    Addresses,
+}
+
+/// How to open a device.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// Number or part of a name; none: the best.
+    pub device: Option<String>,
+    /// Validation layers (core, synchronization, GPU-assisted); messages gather in [`Device::messages`].
+    pub validation: bool,
+    /// How kernels reach buffers.
+    pub pointers: Pointers,
+}
+
+impl Options {
+    /// The best device; validation if `BOXWOOD_VALIDATION` is set and not 0.
+    pub fn from_env() -> Self {
+        let validation = std::env::var_os("BOXWOOD_VALIDATION").is_some_and(|v| v != "0" && v != "");
+        Self { validation, ..Self::default() }
+    }
+}
+
+/// The loader and an instance: enough to look at devices.
+struct Instance {
+    _entry: ash::Entry,
+    raw: ash::Instance,
+    debug: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
+    /// Whether passes can be labelled, for validation messages and debuggers.
+    labels: bool,
+    messages: Arc<Mutex<Vec<String>>>,
+}
+
+/// An open device. Shared by everything made from it; freed with the last of them.
+pub struct Device {
+    info: DeviceInfo,
+    shape: Shape,
+    pointers: Pointers,
+    raw: ash::Device,
+    labels: Option<ash::ext::debug_utils::Device>,
+    physical: vk::PhysicalDevice,
+    queue: Mutex<vk::Queue>,
+    allocator: ManuallyDrop<Mutex<ga::Allocator>>,
+    /// Live buffers by device address.
+    live: Mutex<BTreeMap<u64, (vk::Buffer, u64)>>,
+    pipelines: Mutex<HashMap<pipeline::Key, pipeline::Pipeline>>,
+    /// Recorders that may still submit work on any buffer.
+    recorders: AtomicUsize,
+    /// Buffers dropped while there were such recorders: freed with the last of them.
+    dropped: Mutex<Vec<(vk::Buffer, Option<ga::Allocation>, u64)>>,
+    /// Bytes of all live buffers, and the most there were since [`Device::track_memory`].
+    in_use: AtomicU64,
+    peak: AtomicU64,
+    instance: Instance,
+}
+
+/// A lock whose data stays usable after a panic elsewhere.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// All Vulkan devices, usable or not.
+pub fn list() -> Result<Vec<DeviceInfo>> {
+    Ok(Instance::new(false)?.devices()?.into_iter().map(|d| d.1).collect())
+}
+
+impl Instance {
+    fn new(validation: bool) -> Result<Self> {
+        // SAFETY: loading libvulkan runs its initialisers, which are sound in any process state.
+        let entry = unsafe { ash::Entry::load() }.map_err(|e| DeviceError::NoLoader(e.to_string()))?;
+        // SAFETY: the entry's functions are loaded.
+        let layers = unsafe { entry.enumerate_instance_layer_properties() }.context("instance layers")?;
+        let there = layers.iter().any(|l| l.layer_name_as_c_str() == Ok(VALIDATION));
+        if validation && !there {
+            return Err(DeviceError::NoValidation);
+        }
+        // SAFETY: as above.
+        let extensions =
+            unsafe { entry.enumerate_instance_extension_properties(None) }.context("instance extensions")?;
+        let has_debug = extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(ash::ext::debug_utils::NAME));
+
+        let app = vk::ApplicationInfo::default().application_name(c"boxwood").api_version(vk::API_VERSION_1_2);
+        let layer_names = if validation { vec![VALIDATION.as_ptr()] } else { vec![] };
+        let mut names = vec![];
+        if has_debug {
+            names.push(ash::ext::debug_utils::NAME.as_ptr());
+        }
+        if validation {
+            names.push(ash::ext::validation_features::NAME.as_ptr());
+        }
+        let checks = [
+            vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION,
+            vk::ValidationFeatureEnableEXT::GPU_ASSISTED,
+            vk::ValidationFeatureEnableEXT::GPU_ASSISTED_RESERVE_BINDING_SLOT,
+        ];
+        let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&checks);
+        let mut create = vk::InstanceCreateInfo::default()
+            .application_info(&app)
+            .enabled_layer_names(&layer_names)
+            .enabled_extension_names(&names);
+        if validation {
+            create = create.push_next(&mut features);
+        }
+        // SAFETY: names and structs outlive the call.
+        let raw = unsafe { entry.create_instance(&create, None) }.context("vkCreateInstance")?;
+        let mut instance = Self { _entry: entry, raw, debug: None, labels: has_debug, messages: Arc::default() };
+        if validation {
+            let loader = ash::ext::debug_utils::Instance::new(&instance._entry, &instance.raw);
+            let info = vk::DebugUtilsMessengerCreateInfoEXT::default()
+                .message_severity(
+                    vk::DebugUtilsMessageSeverityFlagsEXT::ERROR | vk::DebugUtilsMessageSeverityFlagsEXT::WARNING,
+                )
+                .message_type(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION)
+                .pfn_user_callback(Some(on_message))
+                .user_data(Arc::as_ptr(&instance.messages).cast_mut().cast());
+            // SAFETY: `messages` lives in this Instance, which destroys the messenger before it goes.
+            let messenger = unsafe { loader.create_debug_utils_messenger(&info, None) }
+                .context("vkCreateDebugUtilsMessengerEXT")?;
+            instance.debug = Some((loader, messenger));
+        }
+        Ok(instance)
+    }
+
+    fn devices(&self) -> Result<Vec<(vk::PhysicalDevice, DeviceInfo)>> {
+        // SAFETY: the instance is alive.
+        let all = unsafe { self.raw.enumerate_physical_devices() }.context("vkEnumeratePhysicalDevices")?;
+        Ok(all.into_iter().enumerate().map(|(i, p)| (p, select::inspect(&self.raw, p, i))).collect())
+    }
+}
+
+impl Drop for Instance {
+    fn drop(&mut self) {
+        if let Some((loader, messenger)) = &self.debug {
+            // SAFETY: made by this loader, destroyed once.
+            unsafe { loader.destroy_debug_utils_messenger(*messenger, None) };
+        }
+        // SAFETY: everything made from the instance is gone: Device holds it as its last field.
+        unsafe { self.raw.destroy_instance(None) };
+    }
+}
+
+/// # Safety
+/// Called by the loader with a valid callback struct and the user data given at creation.
+unsafe extern "system" fn on_message(
+    _: vk::DebugUtilsMessageSeverityFlagsEXT,
+    _: vk::DebugUtilsMessageTypeFlagsEXT,
+    data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
+    user: *mut c_void,
+) -> vk::Bool32 {
+    // SAFETY: the loader passes a valid struct.
+    let data = unsafe { &*data };
+    // SAFETY: set at creation to a Mutex that outlives the messenger.
+    let messages = unsafe { &*user.cast::<Mutex<Vec<String>>>() };
+    if !data.p_message.is_null() {
+        // SAFETY: a NUL-terminated string by the specification.
+        let text = unsafe { CStr::from_ptr(data.p_message) }.to_string_lossy().into_owned();
+        tracing::error!("{text}");
+        lock(messages).push(text);
+    }
+    vk::FALSE
+}
+
+impl Device {
+    /// Opens a device.
+    ///
+    /// # Errors
+    /// No loader, no usable device, none of the wanted name, validation layers missing, or a failed Vulkan call.
+    pub fn open(options: &Options) -> Result<Arc<Self>> {
+        let instance = Instance::new(options.validation)?;
+        let mut all = instance.devices()?;
+        let infos: Vec<DeviceInfo> = all.iter().map(|d| d.1.clone()).collect();
+        let chosen = select::choose(&infos, options.device.as_deref())?;
+        let (physical, info) = all.swap_remove(chosen);
+        if let Some(warning) = &info.warning {
+            tracing::warn!("{}: {warning}", info.name);
+        }
+
+        let mut v12 = vk::PhysicalDeviceVulkan12Features::default()
+            .buffer_device_address(true)
+            .scalar_block_layout(true);
+        let queues = [vk::DeviceQueueCreateInfo::default()
+            .queue_family_index(info.queue_family)
+            .queue_priorities(&[1.0])];
+        let mut extensions = vec![];
+        if info.has_memory_budget {
+            extensions.push(vk::EXT_MEMORY_BUDGET_NAME.as_ptr());
+        }
+        let create = vk::DeviceCreateInfo::default()
+            .queue_create_infos(&queues)
+            .enabled_extension_names(&extensions)
+            .push_next(&mut v12);
+        // SAFETY: the features and extensions asked for were found present by `inspect`.
+        let raw = unsafe { instance.raw.create_device(physical, &create, None) }.context("vkCreateDevice")?;
+        // SAFETY: one queue of this family was asked for.
+        let queue = unsafe { raw.get_device_queue(info.queue_family, 0) };
+        let allocator = ga::Allocator::new(&ga::AllocatorCreateDesc {
+            instance: instance.raw.clone(),
+            device: raw.clone(),
+            physical_device: physical,
+            debug_settings: gpu_allocator::AllocatorDebugSettings::default(),
+            buffer_device_address: true,
+            allocation_sizes: gpu_allocator::AllocationSizes::default(),
+        })
+        .map_err(|source| DeviceError::Allocation { what: "the allocator".into(), bytes: 0, source })?;
+        let labels = instance.labels.then(|| ash::ext::debug_utils::Device::new(&instance.raw, &raw));
+        Ok(Arc::new(Self {
+            shape: Shape::of(&info),
+            info,
+            pointers: options.pointers,
+            raw,
+            labels,
+            physical,
+            queue: Mutex::new(queue),
+            allocator: ManuallyDrop::new(Mutex::new(allocator)),
+            live: Mutex::default(),
+            pipelines: Mutex::default(),
+            recorders: AtomicUsize::new(0),
+            dropped: Mutex::default(),
+            in_use: AtomicU64::new(0),
+            peak: AtomicU64::new(0),
+            instance,
+        }))
+    }
+
+    /// What is known of the device.
+    pub fn info(&self) -> &DeviceInfo {
+        &self.info
+    }
+
+    /// Kernel shapes that suit the device. Results never depend on them.
+    pub fn shape(&self) -> &Shape {
+        &self.shape
+    }
+
+    /// What the validation layers have said so far; empty without them.
+    pub fn messages(&self) -> Vec<String> {
+        lock(&self.instance.messages).clone()
+    }
+
+    /// Takes a buffer that is no longer needed, and frees it as soon as no recorder can refer to it.
+    fn discard(&self, raw: vk::Buffer, allocation: Option<ga::Allocation>, bytes: u64) {
+        lock(&self.dropped).push((raw, allocation, bytes));
+        if self.recorders.load(Ordering::SeqCst) == 0 {
+            self.bury();
+        }
+    }
+
+    /// Frees dropped buffers. Only where no recorder is left.
+    fn bury(&self) {
+        for (raw, allocation, bytes) in lock(&self.dropped).drain(..) {
+            self.in_use.fetch_sub(bytes, Ordering::Relaxed);
+            if let Some(allocation) = allocation {
+                // The allocator only refuses what it did not allocate.
+                let _ = lock(&self.allocator).free(allocation);
+            }
+            // SAFETY: no recorder refers to it and no submit is pending; destroyed once.
+            unsafe { self.raw.destroy_buffer(raw, None) };
+        }
+    }
+
+    /// Starts watching for the most memory in use; returns what is in use now, bytes.
+    pub fn track_memory(&self) -> u64 {
+        let now = self.in_use.load(Ordering::Relaxed);
+        self.peak.store(now, Ordering::Relaxed);
+        now
+    }
+
+    /// The most memory in use since [`Device::track_memory`], bytes.
+    pub fn peak_memory(&self) -> u64 {
+        self.peak.load(Ordering::Relaxed)
+    }
+
+    /// Device-local memory free for this process, bytes: the driver's budget, else the whole heap.
+    pub fn memory_free(&self) -> u64 {
+        select::inspect(&self.instance.raw, self.physical, self.info.index)
+            .memory_free
+            .unwrap_or(self.info.memory)
+    }
+
+    /// Refuses work that the device's memory can't hold.
+    ///
+    /// # Errors
+    /// [`DeviceError::Memory`], with what was needed and what there is.
+    pub fn require_memory(&self, what: &str, bytes: u64) -> Result<()> {
+        let free = self.memory_free();
+        if bytes <= free {
+            return Ok(());
+        }
+        Err(DeviceError::Memory {
+            what: what.into(),
+            needed: bytes >> 20,
+            available: free >> 20,
+            device: self.info.name.clone(),
+        })
+    }
+}
+
+impl Drop for Device {
+    fn drop(&mut self) {
+        // SAFETY: no other thread has the device: this is the last reference.
+        let _ = unsafe { self.raw.device_wait_idle() };
+        for pipeline in lock(&self.pipelines).values() {
+            pipeline.destroy(&self.raw);
+        }
+        // SAFETY: dropped once, here, before the device that it allocates from.
+        unsafe { ManuallyDrop::drop(&mut self.allocator) };
+        // SAFETY: everything made from the device is gone.
+        unsafe { self.raw.destroy_device(None) };
+    }
+}
+
+impl std::fmt::Debug for Device {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Device").field("name", &self.info.name).finish_non_exhaustive()
+    }
+}

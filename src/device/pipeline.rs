@@ -1,0 +1,101 @@
+//! Compute pipelines, made at first use and kept: one a kernel, pointer kind and set of specialization constants.
+
+use super::error::{Context, Result};
+use super::{Device, lock};
+use crate::abi::{Args, Member, PUSH_BYTES};
+use crate::kernels::Kernel;
+use ash::vk;
+
+/// What a pipeline is made for: kernel name, addresses, specialization constants.
+pub(super) type Key = (&'static str, bool, Vec<(u32, u32)>);
+
+#[derive(Clone, Copy)]
+pub(super) struct Pipeline {
+    pub(super) raw: vk::Pipeline,
+    pub(super) layout: vk::PipelineLayout,
+    pub(super) set_layout: vk::DescriptorSetLayout,
+}
+
+impl Pipeline {
+    pub(super) fn destroy(&self, device: &ash::Device) {
+        // SAFETY: no submit that uses it is pending: the device is idle when pipelines go.
+        unsafe { device.destroy_pipeline(self.raw, None) };
+        // SAFETY: as above.
+        unsafe { device.destroy_pipeline_layout(self.layout, None) };
+        // SAFETY: as above.
+        unsafe { device.destroy_descriptor_set_layout(self.set_layout, None) };
+    }
+}
+
+/// The members of `A` that point to buffers.
+pub(super) fn pointers<A: Args>() -> impl Iterator<Item = &'static Member> {
+    A::STRUCT.members.iter().filter(|m| m.is_pointer())
+}
+
+impl Device {
+    /// The pipeline for `kernel` with `constants` (id, value), whose id 0 is the workgroup size.
+    pub(super) fn pipeline<A: Args>(
+        &self,
+        kernel: &Kernel<A>,
+        addresses: bool,
+        constants: &[(u32, u32)],
+    ) -> Result<Pipeline> {
+        let key: Key = (kernel.name, addresses, constants.to_vec());
+        if let Some(p) = lock(&self.pipelines).get(&key) {
+            return Ok(*p);
+        }
+        let count = if addresses { 0 } else { pointers::<A>().count() as u32 };
+        let bindings: Vec<_> = (0..count)
+            .map(|i| {
+                vk::DescriptorSetLayoutBinding::default()
+                    .binding(i)
+                    .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+                    .descriptor_count(1)
+                    .stage_flags(vk::ShaderStageFlags::COMPUTE)
+            })
+            .collect();
+        let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
+        // SAFETY: the info outlives the call.
+        let set_layout =
+            unsafe { self.raw.create_descriptor_set_layout(&info, None) }.context(kernel.name)?;
+        let set_layouts = [set_layout];
+        let push = [vk::PushConstantRange::default()
+            .stage_flags(vk::ShaderStageFlags::COMPUTE)
+            .size(PUSH_BYTES as u32)];
+        let info = vk::PipelineLayoutCreateInfo::default().set_layouts(&set_layouts).push_constant_ranges(&push);
+        // SAFETY: the set layout was just made.
+        let layout = unsafe { self.raw.create_pipeline_layout(&info, None) }.context(kernel.name)?;
+
+        let bytes = if addresses { kernel.addresses } else { kernel.bindings };
+        let words: Vec<u32> = bytemuck::pod_collect_to_vec(bytes);
+        let info = vk::ShaderModuleCreateInfo::default().code(&words);
+        // SAFETY: SPIR-V that shaderc made and the build checked.
+        let module = unsafe { self.raw.create_shader_module(&info, None) }.context(kernel.name)?;
+        let entries: Vec<_> = (0..constants.len())
+            .map(|i| {
+                vk::SpecializationMapEntry::default()
+                    .constant_id(constants[i].0)
+                    .offset(4 * i as u32)
+                    .size(4)
+            })
+            .collect();
+        let values: Vec<u32> = constants.iter().map(|c| c.1).collect();
+        let specialization = vk::SpecializationInfo::default()
+            .map_entries(&entries)
+            .data(bytemuck::cast_slice(&values));
+        let stage = vk::PipelineShaderStageCreateInfo::default()
+            .stage(vk::ShaderStageFlags::COMPUTE)
+            .module(module)
+            .name(c"main")
+            .specialization_info(&specialization);
+        let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout)];
+        // SAFETY: module and layout are alive; the constants are all 32-bit, as the kernels declare them.
+        let made = unsafe { self.raw.create_compute_pipelines(vk::PipelineCache::null(), &info, None) };
+        // SAFETY: no longer needed once the pipeline is made.
+        unsafe { self.raw.destroy_shader_module(module, None) };
+        let raw = made.map_err(|e| e.1).context(kernel.name)?[0];
+        let pipeline = Pipeline { raw, layout, set_layout };
+        lock(&self.pipelines).insert(key, pipeline);
+        Ok(pipeline)
+    }
+}

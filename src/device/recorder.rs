@@ -1,0 +1,504 @@
+//! Records passes: each is bound, labelled, stamped, dispatched and followed by a barrier, all from its kernel's name.
+
+use super::buffer::Allocated;
+use super::error::{Context, DeviceError, Result};
+use super::pipeline::pointers;
+use super::{Buffer, Device, Pointers, lock};
+use crate::abi::{Args, PUSH_BYTES};
+use crate::kernels::Kernel;
+use ash::vk;
+use gpu_allocator::MemoryLocation;
+use std::ffi::CString;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+/// Passes that one recorder can stamp.
+const STAMPS: u32 = 4096;
+/// Descriptor sets that one pool holds.
+const SETS: u32 = 128;
+/// Grids wider than this are two-dimensional. `glsl/ploc/scan.comp` shapes its grids likewise.
+const GRID: u32 = 32768;
+
+/// What to stamp. Stamps cost time themselves, so totals come from runs with outer stamps only.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Timing {
+    /// Nothing.
+    Off,
+    /// The first and the last pass.
+    #[default]
+    Outer,
+    /// Every pass.
+    Kernels,
+}
+
+/// How long a pass took.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pass {
+    /// The kernel's name.
+    pub name: &'static str,
+    /// Device time, ms.
+    pub ms: f64,
+}
+
+/// How long a submit took.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Times {
+    /// From the first pass to the end of the last, device time, ms; wall time where the device has no timestamps.
+    pub device_ms: f64,
+    /// From submit to its fence, ms.
+    pub wall_ms: f64,
+    /// With [`Timing::Kernels`]: each pass in order.
+    pub passes: Vec<Pass>,
+}
+
+impl Times {
+    /// Adds the times of a submit that followed.
+    pub fn append(&mut self, next: Times) {
+        self.device_ms += next.device_ms;
+        self.wall_ms += next.wall_ms;
+        self.passes.extend(next.passes);
+    }
+}
+
+/// Commands being recorded. [`Recorder::submit`] runs them and waits.
+pub struct Recorder {
+    device: Arc<Device>,
+    pool: vk::CommandPool,
+    commands: vk::CommandBuffer,
+    fence: vk::Fence,
+    queries: Option<vk::QueryPool>,
+    descriptor_pools: Vec<vk::DescriptorPool>,
+    sets_left: u32,
+    timing: Timing,
+    passes: Vec<&'static str>,
+    /// Where the device notes the pass that it has finished: readable even after it is lost.
+    finished: Allocated,
+    overlapping: bool,
+    started: Instant,
+}
+
+impl Recorder {
+    /// A recorder with nothing in it.
+    ///
+    /// # Errors
+    /// A failed Vulkan call.
+    pub fn new(device: &Arc<Device>, timing: Timing) -> Result<Self> {
+        let info = vk::CommandPoolCreateInfo::default()
+            .queue_family_index(device.info.queue_family)
+            .flags(vk::CommandPoolCreateFlags::TRANSIENT);
+        device.recorders.fetch_add(1, Ordering::SeqCst);
+        // SAFETY: the device is alive, the family is its queue's.
+        let pool = unsafe { device.raw.create_command_pool(&info, None) }.context("command pool")?;
+        let info = vk::CommandBufferAllocateInfo::default().command_pool(pool).command_buffer_count(1);
+        // SAFETY: the pool was just made.
+        let commands = unsafe { device.raw.allocate_command_buffers(&info) }.context("command buffer")?[0];
+        // SAFETY: default info.
+        let fence = unsafe { device.raw.create_fence(&vk::FenceCreateInfo::default(), None) }.context("fence")?;
+        let stamps = timing != Timing::Off && device.info.timestamp_period > 0.0 && device.info.timestamp_bits > 0;
+        let queries = if stamps {
+            let info =
+                vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(STAMPS);
+            // SAFETY: the queue's family has timestamps.
+            Some(unsafe { device.raw.create_query_pool(&info, None) }.context("query pool")?)
+        } else {
+            None
+        };
+        let mut finished = Allocated::new(device, "recorder.finished", 16, MemoryLocation::GpuToCpu)?;
+        if let Some(bytes) = finished.mapped() {
+            bytes.fill(0);
+        }
+        let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        // SAFETY: fresh command buffer.
+        unsafe { device.raw.begin_command_buffer(commands, &begin) }.context("vkBeginCommandBuffer")?;
+        let mut recorder = Self {
+            device: device.clone(),
+            pool,
+            commands,
+            fence,
+            queries,
+            descriptor_pools: vec![],
+            sets_left: 0,
+            timing,
+            passes: vec![],
+            finished,
+            overlapping: false,
+            started: Instant::now(),
+        };
+        if let Some(queries) = queries {
+            // SAFETY: recording; all queries of the pool.
+            unsafe { device.raw.cmd_reset_query_pool(commands, queries, 0, STAMPS) };
+        }
+        // What earlier submits wrote is visible to this one.
+        recorder.barrier();
+        recorder.stamp(0);
+        Ok(recorder)
+    }
+
+    /// The device that it records for.
+    pub fn device(&self) -> &Arc<Device> {
+        &self.device
+    }
+
+    fn stamp(&mut self, index: usize) {
+        if let Some(queries) = self.queries.filter(|_| (index as u32) < STAMPS) {
+            let stage = if index == 0 {
+                vk::PipelineStageFlags::TOP_OF_PIPE
+            } else {
+                vk::PipelineStageFlags::BOTTOM_OF_PIPE
+            };
+            // SAFETY: recording; the query was reset at the start and is written once.
+            unsafe { self.device.raw.cmd_write_timestamp(self.commands, stage, queries, index as u32) };
+        }
+    }
+
+    /// All that was written becomes visible to all that follows.
+    fn barrier(&mut self) {
+        use vk::{AccessFlags as A, PipelineStageFlags as S};
+        let barrier = [vk::MemoryBarrier::default()
+            .src_access_mask(A::SHADER_WRITE | A::TRANSFER_WRITE)
+            .dst_access_mask(
+                A::SHADER_READ | A::SHADER_WRITE | A::TRANSFER_READ | A::TRANSFER_WRITE | A::INDIRECT_COMMAND_READ,
+            )];
+        let from = S::COMPUTE_SHADER | S::TRANSFER;
+        let to = from | S::DRAW_INDIRECT;
+        // SAFETY: recording, outside a render pass.
+        unsafe {
+            self.device.raw.cmd_pipeline_barrier(
+                self.commands,
+                from,
+                to,
+                vk::DependencyFlags::empty(),
+                &barrier,
+                &[],
+                &[],
+            );
+        }
+    }
+
+    fn after_pass(&mut self, name: &'static str) {
+        self.passes.push(name);
+        let done = self.passes.len();
+        if !self.overlapping {
+            self.barrier();
+            // SAFETY: recording; a word of a live buffer. Runs behind the barrier, so the pass has finished.
+            unsafe { self.device.raw.cmd_fill_buffer(self.commands, self.finished.raw, 0, 4, done as u32) };
+        }
+        if self.timing == Timing::Kernels {
+            self.stamp(done);
+        }
+    }
+
+    /// Records a dispatch of `groups` workgroups. `constants` are (id, value), id 0 being the workgroup size.
+    ///
+    /// # Errors
+    /// A failed Vulkan call.
+    pub fn dispatch<A: Args>(
+        &mut self,
+        kernel: &Kernel<A>,
+        constants: &[(u32, u32)],
+        groups: u32,
+        args: A,
+    ) -> Result<()> {
+        if groups == 0 {
+            return Ok(());
+        }
+        self.bind(kernel, constants, &args)?;
+        // SAFETY: a pipeline is bound with all it needs; each count is within Vulkan's least limit of 65535.
+        unsafe { self.device.raw.cmd_dispatch(self.commands, groups.min(GRID), groups.div_ceil(GRID), 1) };
+        self.after_pass(kernel.name);
+        self.unlabel();
+        Ok(())
+    }
+
+    /// Records a dispatch whose three workgroup counts lie at byte `offset` of `counts`.
+    ///
+    /// # Errors
+    /// A failed Vulkan call.
+    pub fn dispatch_indirect<A: Args, T: bytemuck::NoUninit>(
+        &mut self,
+        kernel: &Kernel<A>,
+        constants: &[(u32, u32)],
+        counts: &Buffer<T>,
+        offset: usize,
+        args: A,
+    ) -> Result<()> {
+        self.bind(kernel, constants, &args)?;
+        // SAFETY: a pipeline is bound with all it needs; the counts are the kernels' own, within limits.
+        unsafe { self.device.raw.cmd_dispatch_indirect(self.commands, counts.memory.raw, offset as u64) };
+        self.after_pass(kernel.name);
+        self.unlabel();
+        Ok(())
+    }
+
+    /// Records passes that don't depend on each other: one barrier behind all of them. Say why at each use.
+    ///
+    /// # Errors
+    /// As `passes`.
+    pub fn overlap(&mut self, passes: impl FnOnce(&mut Self) -> Result<()>) -> Result<()> {
+        self.overlapping = true;
+        let result = passes(self);
+        self.overlapping = false;
+        self.barrier();
+        result
+    }
+
+    fn bind<A: Args>(&mut self, kernel: &Kernel<A>, constants: &[(u32, u32)], args: &A) -> Result<()> {
+        let device = self.device.clone();
+        let bytes = bytemuck::bytes_of(args);
+        let targets: Vec<(vk::Buffer, u64)> = {
+            let live = lock(&device.live);
+            let first = live.values().next().copied().unwrap_or((self.finished.raw, 16));
+            pointers::<A>()
+                .map(|m| {
+                    let word = |at: usize| {
+                        u64::from(u32::from_ne_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]))
+                    };
+                    // A pointer that isn't followed is null; any buffer stands in for it.
+                    live.get(&(word(m.offset) | word(m.offset + 4) << 32)).copied().unwrap_or(first)
+                })
+                .collect()
+        };
+        let fit = targets.iter().all(|t| t.1 <= device.info.max_storage_buffer_range)
+            && targets.len() as u32 <= device.info.max_bindings;
+        let addresses = device.pointers == Pointers::Addresses || !fit;
+        let pipeline = device.pipeline(kernel, addresses, constants)?;
+        if let Some(labels) = &device.labels {
+            let name = CString::new(kernel.name).unwrap_or_default();
+            let label = vk::DebugUtilsLabelEXT::default().label_name(&name);
+            // SAFETY: recording; ended by `unlabel`.
+            unsafe { labels.cmd_begin_debug_utils_label(self.commands, &label) };
+        }
+        // SAFETY: recording; the pipeline is alive.
+        unsafe { device.raw.cmd_bind_pipeline(self.commands, vk::PipelineBindPoint::COMPUTE, pipeline.raw) };
+        if !addresses {
+            let set = self.descriptor_set(pipeline.set_layout)?;
+            let infos: Vec<_> = targets
+                .iter()
+                .map(|t| [vk::DescriptorBufferInfo::default().buffer(t.0).range(vk::WHOLE_SIZE)])
+                .collect();
+            let writes: Vec<_> = infos
+                .iter()
+                .enumerate()
+                .map(|(i, info)| {
+                    vk::WriteDescriptorSet::default()
+                        .dst_set(set)
+                        .dst_binding(i as u32)
+                        .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+                        .buffer_info(info)
+                })
+                .collect();
+            // SAFETY: the set is fresh, the buffers are alive and stay so until the submit is waited for.
+            unsafe { device.raw.update_descriptor_sets(&writes, &[]) };
+            // SAFETY: recording; set and layout match.
+            unsafe {
+                device.raw.cmd_bind_descriptor_sets(
+                    self.commands,
+                    vk::PipelineBindPoint::COMPUTE,
+                    pipeline.layout,
+                    0,
+                    &[set],
+                    &[],
+                );
+            }
+        }
+        let mut push = [0u8; PUSH_BYTES];
+        push[..bytes.len()].copy_from_slice(bytes);
+        let stage = vk::ShaderStageFlags::COMPUTE;
+        // SAFETY: recording; the layout's range is these bytes.
+        unsafe { device.raw.cmd_push_constants(self.commands, pipeline.layout, stage, 0, &push) };
+        Ok(())
+    }
+
+    fn unlabel(&self) {
+        if let Some(labels) = &self.device.labels {
+            // SAFETY: recording; `bind` began one.
+            unsafe { labels.cmd_end_debug_utils_label(self.commands) };
+        }
+    }
+
+    fn descriptor_set(&mut self, layout: vk::DescriptorSetLayout) -> Result<vk::DescriptorSet> {
+        let device = &self.device.raw;
+        if self.sets_left == 0 {
+            let sizes = [vk::DescriptorPoolSize::default()
+                .ty(vk::DescriptorType::STORAGE_BUFFER)
+                .descriptor_count(SETS * 8)];
+            let info = vk::DescriptorPoolCreateInfo::default().max_sets(SETS).pool_sizes(&sizes);
+            // SAFETY: complete info.
+            let pool = unsafe { device.create_descriptor_pool(&info, None) }.context("descriptor pool")?;
+            self.descriptor_pools.push(pool);
+            self.sets_left = SETS;
+        }
+        let Some(pool) = self.descriptor_pools.last() else {
+            return Err(DeviceError::Vulkan {
+                call: "descriptor set".into(),
+                result: vk::Result::ERROR_OUT_OF_POOL_MEMORY,
+            });
+        };
+        let layouts = [layout];
+        let info = vk::DescriptorSetAllocateInfo::default().descriptor_pool(*pool).set_layouts(&layouts);
+        // SAFETY: the pool is alive; the layout is a live pipeline's.
+        let sets = unsafe { device.allocate_descriptor_sets(&info) };
+        match sets {
+            Err(vk::Result::ERROR_OUT_OF_POOL_MEMORY | vk::Result::ERROR_FRAGMENTED_POOL)
+                if self.sets_left < SETS =>
+            {
+                self.sets_left = 0;
+                self.descriptor_set(layout)
+            }
+            sets => {
+                self.sets_left -= 1;
+                Ok(sets.context("descriptor set")?[0])
+            }
+        }
+    }
+
+    /// Sets the first `words` words of `buffer` to `value`.
+    pub fn fill<T: bytemuck::NoUninit>(&mut self, buffer: &Buffer<T>, words: usize, value: u32) {
+        // SAFETY: recording; callers stay within the buffer, which is a multiple of 16 bytes.
+        unsafe {
+            self.device.raw.cmd_fill_buffer(self.commands, buffer.memory.raw, 0, 4 * words as u64, value);
+        }
+        self.barrier();
+    }
+
+    /// Writes a few elements to the start of `buffer`: at most 64 KiB, from the command buffer itself.
+    pub fn update<T: bytemuck::NoUninit>(&mut self, buffer: &Buffer<T>, elements: &[T]) {
+        let bytes: &[u8] = bytemuck::cast_slice(elements);
+        // SAFETY: recording; a multiple of 4 bytes, below 64 KiB, within the buffer.
+        unsafe { self.device.raw.cmd_update_buffer(self.commands, buffer.memory.raw, 0, bytes) };
+        self.barrier();
+    }
+
+    pub(super) fn copy_bytes(&mut self, from: &Allocated, from_at: u64, to: &Allocated, to_at: u64, bytes: u64) {
+        let region = [vk::BufferCopy::default().src_offset(from_at).dst_offset(to_at).size(bytes)];
+        // SAFETY: recording; the ranges lie within both buffers and don't overlap.
+        unsafe { self.device.raw.cmd_copy_buffer(self.commands, from.raw, to.raw, &region) };
+        self.barrier();
+    }
+
+    /// Runs what was recorded and waits for it.
+    ///
+    /// # Errors
+    /// [`DeviceError::Lost`] with the last pass that finished, or a failed Vulkan call.
+    pub fn submit(mut self) -> Result<Times> {
+        let device = self.device.clone();
+        let count = self.passes.len();
+        if self.timing != Timing::Kernels {
+            self.stamp(1);
+        }
+        let host = [vk::MemoryBarrier::default()
+            .src_access_mask(vk::AccessFlags::TRANSFER_WRITE)
+            .dst_access_mask(vk::AccessFlags::HOST_READ)];
+        // SAFETY: recording; makes copies visible to the host.
+        unsafe {
+            device.raw.cmd_pipeline_barrier(
+                self.commands,
+                vk::PipelineStageFlags::TRANSFER,
+                vk::PipelineStageFlags::HOST,
+                vk::DependencyFlags::empty(),
+                &host,
+                &[],
+                &[],
+            );
+        }
+        // SAFETY: recording is complete.
+        unsafe { device.raw.end_command_buffer(self.commands) }.context("vkEndCommandBuffer")?;
+        let commands = [self.commands];
+        let submit = [vk::SubmitInfo::default().command_buffers(&commands)];
+        self.started = Instant::now();
+        let queue = lock(&device.queue);
+        // SAFETY: the queue is locked; everything referenced lives until the fence is waited for below.
+        let submitted = unsafe { device.raw.queue_submit(*queue, &submit, self.fence) };
+        drop(queue);
+        // SAFETY: the fence was given to the submit.
+        let waited = submitted.and_then(|()| unsafe { device.raw.wait_for_fences(&[self.fence], true, u64::MAX) });
+        let wall = self.started.elapsed();
+        match waited {
+            Ok(()) => {}
+            Err(vk::Result::ERROR_DEVICE_LOST) => return Err(self.lost()),
+            Err(result) => return Err(DeviceError::Vulkan { call: self.pass_name(count), result }),
+        }
+        self.times(wall)
+    }
+
+    fn pass_name(&self, done: usize) -> String {
+        self.passes.get(done).or(self.passes.last()).map_or("copy".into(), |p| (*p).to_owned())
+    }
+
+    fn lost(&mut self) -> DeviceError {
+        let done = self.finished.mapped().map_or(0, |b| u32::from_ne_bytes([b[0], b[1], b[2], b[3]]) as usize);
+        let finished = match done {
+            0 => "none of this submit".into(),
+            n => format!("{}, pass {n} of {}", self.passes[n.min(self.passes.len()) - 1], self.passes.len()),
+        };
+        DeviceError::Lost { pass: self.pass_name(done), finished }
+    }
+
+    fn times(&self, wall: Duration) -> Result<Times> {
+        let wall_ms = wall.as_secs_f64() * 1e3;
+        let Some(queries) = self.queries else {
+            return Ok(Times { device_ms: wall_ms, wall_ms, passes: vec![] });
+        };
+        let count = if self.timing == Timing::Kernels { self.passes.len() + 1 } else { 2 };
+        let mut ticks = vec![0u64; count.min(STAMPS as usize)];
+        // SAFETY: these queries were written by the submit that has finished.
+        unsafe {
+            self.device.raw.get_query_pool_results(
+                queries,
+                0,
+                &mut ticks,
+                vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT,
+            )
+        }
+        .context("timestamps")?;
+        let ms = |from: u64, to: u64| ticks_ms(from, to, self.device.info.timestamp_bits, self.device.info.timestamp_period);
+        let device_ms = ms(ticks[0], ticks[ticks.len() - 1]);
+        let passes = if self.timing == Timing::Kernels {
+            let pairs = ticks.windows(2).zip(&self.passes);
+            pairs.map(|(t, name)| Pass { name, ms: ms(t[0], t[1]) }).collect()
+        } else {
+            vec![]
+        };
+        Ok(Times { device_ms, wall_ms, passes })
+    }
+}
+
+/// Milliseconds between two timestamps of `bits` valid bits, which may have wrapped once; `period` is ns a tick.
+fn ticks_ms(from: u64, to: u64, bits: u32, period: f32) -> f64 {
+    let mask = if bits >= 64 { u64::MAX } else { (1 << bits) - 1 };
+    (to.wrapping_sub(from) & mask) as f64 * f64::from(period) * 1e-6
+}
+
+impl Drop for Recorder {
+    fn drop(&mut self) {
+        let device = self.device.clone();
+        for pool in &self.descriptor_pools {
+            // SAFETY: no submit that uses it is pending.
+            unsafe { device.raw.destroy_descriptor_pool(*pool, None) };
+        }
+        if let Some(queries) = self.queries {
+            // SAFETY: as above.
+            unsafe { device.raw.destroy_query_pool(queries, None) };
+        }
+        // SAFETY: as above.
+        unsafe { device.raw.destroy_fence(self.fence, None) };
+        // SAFETY: as above; frees the command buffer too.
+        unsafe { device.raw.destroy_command_pool(self.pool, None) };
+        if device.recorders.fetch_sub(1, Ordering::SeqCst) == 1 {
+            device.bury();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::ticks_ms;
+
+    #[test]
+    fn timestamps_wrap() {
+        assert_eq!(ticks_ms(10, 1_000_010, 64, 1.0), 1.0);
+        assert_eq!(ticks_ms((1 << 36) - 5, 5, 36, 100.0), 10.0 * 100.0 * 1e-6);
+        assert_eq!(ticks_ms(u64::MAX, 0, 64, 1.0), 1e-6);
+    }
+}

@@ -1,0 +1,71 @@
+//! Kernel shapes: how many items an invocation takes, how large a workgroup is. Software drivers are CPUs with wide
+//! vectors, where an invocation that streams a long run wins; GPUs want many invocations of little work each.
+//! Trees and hits don't depend on any of this.
+
+use super::DeviceInfo;
+
+/// Shapes that suit one device.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Shape {
+    /// Workgroup size of the streaming kernels, invocations.
+    pub workgroup: u32,
+    /// Consecutive clusters, nodes or triangles that one invocation of a streaming kernel takes.
+    pub items: u32,
+    /// Workgroup size of the sort's kernels.
+    pub sort_workgroup: u32,
+    /// Keys that one invocation of the sort takes.
+    pub sort_items: u32,
+    /// Bits of a sort digit: counters take 4 · 2^bits · workgroup bytes of shared memory.
+    pub sort_digit_bits: u32,
+    /// Workgroup size of kernels that run in one workgroup.
+    pub single_workgroup: u32,
+    /// Workgroup size of ray kernels.
+    pub trace_workgroup: u32,
+    /// PLOC's search window in registers, each pair computed once, for radii up to 32; else every neighbour is loaded.
+    pub search_in_registers: bool,
+    /// Rays of a coherent batch walk the tree a subgroup at a time.
+    pub packets: bool,
+    /// Threads that workgroups are dealt to; 1 on a GPU.
+    pub threads: u32,
+}
+
+impl Shape {
+    /// The shape for `device`.
+    pub fn of(device: &DeviceInfo) -> Self {
+        if device.is_cpu() { Self::software(device.subgroup_size) } else { Self::gpu(device.max_workgroup) }
+    }
+
+    /// For software drivers: measured on lavapipe 25.0.7, 2 cores of Zen 5.
+    fn software(subgroup: u32) -> Self {
+        let threads = std::thread::available_parallelism().map_or(1, |n| n.get() as u32);
+        let threads = std::env::var("LP_NUM_THREADS").ok().and_then(|s| s.parse().ok()).unwrap_or(threads);
+        Self {
+            workgroup: subgroup.max(8),
+            items: 256,
+            sort_workgroup: subgroup.max(8),
+            sort_items: 1024,
+            sort_digit_bits: 8,
+            single_workgroup: subgroup.max(8),
+            trace_workgroup: 64,
+            search_in_registers: true,
+            packets: true,
+            threads: threads.max(1),
+        }
+    }
+
+    /// For GPUs: by the books, not measured.
+    fn gpu(max_workgroup: u32) -> Self {
+        Self {
+            workgroup: max_workgroup.min(256),
+            items: 2,
+            sort_workgroup: max_workgroup.min(256),
+            sort_items: 16,
+            sort_digit_bits: 4,
+            single_workgroup: max_workgroup.min(512),
+            trace_workgroup: 64,
+            search_in_registers: false,
+            packets: false,
+            threads: 1,
+        }
+    }
+}
