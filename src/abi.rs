@@ -27,6 +27,10 @@ macro_rules! pointer {
             pub const fn new(address: u64) -> Self {
                 Self([address as u32, (address >> 32) as u32], PhantomData)
             }
+            /// The same memory as another element type.
+            pub const fn cast<U>(self) -> $name<U> {
+                $name(self.0, PhantomData)
+            }
         }
         impl<T> Clone for $name<T> {
             fn clone(&self) -> Self {
