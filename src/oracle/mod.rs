@@ -1,1 +1,4 @@
 //! CPU twins of the kernels, and references that they answer to. Order of trust: brute > reference > device.
+
+pub mod brute;
+pub mod exact;
