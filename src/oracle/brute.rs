@@ -125,8 +125,7 @@ fn locate(ray: &Ray64, [a, b, c]: [V3; 3], index: u32) -> Option<Hit64> {
 
 /// Every hit of `ray`, in input order.
 fn hits<'s>(scene: &'s Scene, ray: &'s Ray64) -> impl Iterator<Item = Hit64> + 's {
-    (0..scene.triangles.len())
-        .filter_map(|i| intersect(ray, finite_corners(scene.corners(i))?, i as u32))
+    (0..scene.triangles.len()).filter_map(|i| intersect(ray, finite_corners(scene.corners(i))?, i as u32))
 }
 
 /// The first hit of `ray`, found by trying every triangle.

@@ -2,3 +2,4 @@
 
 pub mod brute;
 pub mod exact;
+pub mod reference;
