@@ -65,6 +65,16 @@ impl Ray64 {
         (finite && somewhere && ray.t_min <= ray.t_max).then_some(ray)
     }
 
+    /// Where it starts.
+    pub fn origin(&self) -> V3 {
+        self.origin
+    }
+
+    /// Where it goes; not unit.
+    pub fn direction(&self) -> V3 {
+        self.direction
+    }
+
     /// The ray with origin and direction displaced, both rounded to multiples of [`GRAIN`].
     pub fn displaced(&self, origin: V3, direction: V3) -> Self {
         let grainy = |x: f64| (x / GRAIN).round() * GRAIN;

@@ -66,7 +66,7 @@ impl<'s> Reference<'s> {
 
     /// Whether `ray` hits anything: the same as [`brute::any`].
     pub fn any(&self, ray: &Ray) -> bool {
-        Ray64::new(ray).is_some_and(|ray| self.any64(&ray))
+        Ray64::new(ray).and_then(|ray| self.any64(&ray)).is_some()
     }
 
     /// The first hit of each ray, in parallel.
@@ -92,13 +92,14 @@ impl<'s> Reference<'s> {
         best
     }
 
-    pub(super) fn any64(&self, ray: &Ray64) -> bool {
-        let mut found = false;
-        self.visit(ray, |_| {
-            found = true;
+    /// Some hit, whichever comes first.
+    pub(super) fn any64(&self, ray: &Ray64) -> Option<Hit64> {
+        let mut some = None;
+        self.visit(ray, |hit| {
+            some = Some(hit);
             f64::NEG_INFINITY
         });
-        found
+        some
     }
 
     /// Gives `found` the hits of `ray`, nearer nodes first; `found` returns the greatest t still of interest.
