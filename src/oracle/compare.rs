@@ -175,7 +175,7 @@ mod tests {
     #[test]
     fn copies_surround_the_ray() {
         let ray = Ray { origin: [1.0, -2.0, 3.0], t_min: 0.0, direction: [0.0, 5.0, -0.0], t_max: 1.0 };
-        let plain = Ray64::new(&ray).expect("a ray");
+        let Some(plain) = Ray64::new(&ray) else { panic!("a good ray is refused") };
         let moved: Vec<Ray64> = copies(&plain).collect();
         assert_eq!(moved.len(), COPIES as usize + 2);
         let mut sum = [0.0; 3];

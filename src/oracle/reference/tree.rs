@@ -132,8 +132,11 @@ fn tree(scene: &Scene, items: &mut [Item], base: usize, depth: u32) -> Vec<Node>
 fn graft(nodes: &mut Vec<Node>, at: usize, tree: &[Node]) {
     let shift = (nodes.len() - 1) as u32;
     let moved = |n: &Node| if n.count > 0 { *n } else { Node { first: n.first + shift, ..*n } };
-    nodes[at] = moved(&tree[0]);
-    nodes.extend(tree[1..].iter().map(moved));
+    let mut moved = tree.iter().map(moved);
+    if let Some(root) = moved.next() {
+        nodes[at] = root;
+    }
+    nodes.extend(moved);
 }
 
 /// Bounds of some items, and the axis along which their centres spread most.
