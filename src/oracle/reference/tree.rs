@@ -33,8 +33,8 @@ impl Bounds {
 
     fn merged(&self, o: &Bounds) -> Self {
         Bounds {
-            lo: std::array::from_fn(|k| self.lo[k].min(o.lo[k])),
-            hi: std::array::from_fn(|k| self.hi[k].max(o.hi[k])),
+            lo: std::array::from_fn(|k| if o.lo[k] < self.lo[k] { o.lo[k] } else { self.lo[k] }),
+            hi: std::array::from_fn(|k| if o.hi[k] > self.hi[k] { o.hi[k] } else { self.hi[k] }),
         }
     }
 
@@ -82,11 +82,12 @@ pub fn build(scene: &Scene, items: &mut [Item]) -> Vec<Node> {
 
 /// Orders `items`, which are those from `base` on, into a subtree and writes its root to `nodes[at]`.
 fn grow(scene: &Scene, nodes: &mut Vec<Node>, at: usize, items: &mut [Item], base: usize, depth: u32) {
-    let Extent { bounds, axis, low, high } = Extent::of(items);
-    let alike = low >= high;
+    let extent = Extent::of(items);
+    let (bounds, axis) = (extent.bounds, extent.widest());
+    let alike = extent.spread(axis) <= 0.0;
     let sorted = depth >= SAH_DEPTH;
     let items = if alike && !sorted && items.len() > LEAF { distinct(scene, items) } else { items };
-    let split = if alike || sorted { None } else { cheapest(items, &bounds) };
+    let split = if alike || sorted { None } else { cheapest(items, &extent) };
     if items.len() <= LEAF && split.is_none() {
         nodes[at] = Node { bounds, first: base as u32, count: items.len() as u32 };
         return;
@@ -139,30 +140,36 @@ fn graft(nodes: &mut Vec<Node>, at: usize, tree: &[Node]) {
     nodes.extend(moved);
 }
 
-/// Bounds of some items, and the axis along which their centres spread most.
+/// Bounds of some items and of their (doubled) centres.
 struct Extent {
     bounds: Bounds,
-    axis: usize,
-    low: f64,
-    high: f64,
+    low: [f64; 3],
+    high: [f64; 3],
 }
 
 impl Extent {
     fn of(items: &[Item]) -> Self {
-        let bounds = items.iter().fold(Bounds::EMPTY, |b, i| b.merged(&i.bounds));
-        let spread = |axis| centres(items, axis).1 - centres(items, axis).0;
-        let axis = [1, 2].into_iter().fold(0, |best, k| if spread(k) > spread(best) { k } else { best });
-        let (low, high) = centres(items, axis);
-        Self { bounds, axis, low, high }
+        let mut e = Extent { bounds: Bounds::EMPTY, low: [f64::INFINITY; 3], high: [f64::NEG_INFINITY; 3] };
+        for item in items {
+            e.bounds = e.bounds.merged(&item.bounds);
+            for axis in 0..3 {
+                let centre = item.bounds.centre(axis);
+                e.low[axis] = e.low[axis].min(centre);
+                e.high[axis] = e.high[axis].max(centre);
+            }
+        }
+        e
     }
-}
 
-/// Least and greatest centre along `axis`.
-fn centres(items: &[Item], axis: usize) -> (f64, f64) {
-    items.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), i| {
-        let c = i.bounds.centre(axis);
-        (low.min(c), high.max(c))
-    })
+    /// How far the centres spread along `axis`; not positive where they are alike.
+    fn spread(&self, axis: usize) -> f64 {
+        self.high[axis] - self.low[axis]
+    }
+
+    /// The axis along which the centres spread most.
+    fn widest(&self) -> usize {
+        [1, 2].into_iter().fold(0, |best, k| if self.spread(k) > self.spread(best) { k } else { best })
+    }
 }
 
 /// A plane between two bins.
@@ -181,17 +188,17 @@ impl Split {
 }
 
 /// The split of least cost; none where no plane splits, or where at most [`LEAF`] items are cheaper as a leaf.
-fn cheapest(items: &[Item], bounds: &Bounds) -> Option<Split> {
+fn cheapest(items: &[Item], extent: &Extent) -> Option<Split> {
     // A node costs as much as a triangle.
-    let leaf_cost = (items.len() as f64 - 1.0) * bounds.half_area();
+    let leaf_cost = (items.len() as f64 - 1.0) * extent.bounds.half_area();
     let mut least = if items.len() <= LEAF { leaf_cost } else { f64::INFINITY };
     let mut best = None;
     for axis in 0..3 {
-        let (low, high) = centres(items, axis);
-        if low >= high {
+        if extent.spread(axis) <= 0.0 {
             continue;
         }
-        let split = |last| Split { axis, low, scale: BINS as f64 / (high - low), last };
+        let split =
+            |last| Split { axis, low: extent.low[axis], scale: BINS as f64 / extent.spread(axis), last };
         let binner = split(0);
         let mut bins = [(Bounds::EMPTY, 0usize); BINS];
         for item in items {
