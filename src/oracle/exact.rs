@@ -1,4 +1,4 @@
-//! Triple products x·(y×z) of coordinate differences, with exact signs. After [SHEWCHUK97] "Adaptive precision
+//! Triple products x·(y×z) of coordinate differences, with exact signs. After \[SHEWCHUK97\] "Adaptive precision
 //! floating-point arithmetic and fast robust geometric predicates". Differs: no stages between the f64 filter and
 //! the exact sum, and no scaling, for f32 coordinates leave f64 arithmetic neither overflow nor underflow.
 //!
@@ -9,7 +9,7 @@
 //!
 //! Why the filter is right: with u = 2⁻⁵³ each of the six terms x·y·z is formed by at most eight roundings (three
 //! differences, two products, the 2×2 minor, two sums), so the error is at most 8u(1+8u)/(1−8u) times the sum of
-//! the terms' computed sizes, less than the 16u that [`sign`] asks for.
+//! the terms' computed sizes, less than the 16u that [`edge`] asks for.
 
 /// Coordinates are multiples of this: 2⁻²¹⁰. f32 are by themselves.
 pub const GRAIN: f64 = f64::from_bits((1023 - 210) << 52);
@@ -129,7 +129,7 @@ fn two_product(a: f64, b: f64) -> [f64; 2] {
 /// Most terms that [`exact`] adds: 6 permutations × 2⁵ parts.
 const TERMS: usize = 6 * 32;
 
-/// A sum of nonzero f64, smallest first, no two sharing a binary place: [SHEWCHUK97] section 2.
+/// A sum of nonzero f64, smallest first, no two sharing a binary place: \[SHEWCHUK97\] section 2.
 struct Expansion {
     parts: [f64; TERMS],
     len: usize,

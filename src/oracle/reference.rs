@@ -2,7 +2,7 @@
 //!
 //! Why it answers as `brute`, bit for bit: a hit's true point lies in all boxes around its triangle, and boxes are
 //! exact, for vertices are f32. So the true t lies in the true t-interval of each; the computed interval is off by
-//! at most 4u, the computed t by 2⁻²⁸ ([`super::brute`]), both relative, and intervals are widened by [`SLACK`]
+//! at most 4u, the computed t by 2⁻²⁸ ([`super::brute`]), both relative, and intervals are widened by `SLACK`
 //! before they meet the ray's range. So no node is skipped that holds a computed t in range and not beyond the best.
 
 mod tree;

@@ -1,4 +1,4 @@
-//! The tree of [`super::Reference`]: binned SAH. [WALD07] "On fast construction of SAH-based bounding volume
+//! The tree of [`super::Reference`]: binned SAH. \[WALD07\] "On fast construction of SAH-based bounding volume
 //! hierarchies". Differs: triangles that can't be told apart are kept once, and where planes don't separate, or from
 //! [`SAH_DEPTH`] on, splits are medians, so that no input makes it deep or quadratic.
 
