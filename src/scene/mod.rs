@@ -75,3 +75,6 @@ impl Scene {
         b
     }
 }
+
+#[cfg(test)]
+mod tests;
