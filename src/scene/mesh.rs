@@ -32,8 +32,10 @@ pub(super) fn read(path: &Path, progress: Progress) -> Result<Vec<u8>, SceneErro
     })?;
     let bar = progress.bytes(format!("reading {}", path.display()), meta.len());
     loop {
-        let got =
-            (&mut file).take(CHUNK as u64).read_to_end(&mut bytes).map_err(|e| fail(e, "copy it to a sound disk"))?;
+        let got = (&mut file)
+            .take(CHUNK as u64)
+            .read_to_end(&mut bytes)
+            .map_err(|e| fail(e, "copy it to a sound disk"))?;
         bar.set_position(bytes.len() as u64);
         if got == 0 {
             bar.finish_and_clear();
@@ -129,7 +131,11 @@ impl Faces {
             return Err(SceneError::invalid(
                 path,
                 place.to_string(),
-                format!("a face names vertex {}, and there are {}", u64::from(largest) + base, positions.len()),
+                format!(
+                    "a face names vertex {}, and there are {}",
+                    u64::from(largest) + base,
+                    positions.len()
+                ),
                 "the file is damaged or cut short: get it again, or mend the index",
             ));
         }

@@ -8,9 +8,41 @@ use super::{Progress, Scene, SceneError};
 
 /// Statements that say nothing about triangles.
 const IGNORED: &[&str] = &[
-    "vt", "vn", "vp", "g", "o", "s", "mg", "mtllib", "usemtl", "maplib", "usemap", "cstype", "deg", "bmat", "step", "curv",
-    "curv2", "surf", "parm", "trim", "hole", "scrv", "sp", "end", "con", "bevel", "c_interp", "d_interp", "lod",
-    "shadow_obj", "trace_obj", "ctech", "stech", "call", "csh",
+    "vt",
+    "vn",
+    "vp",
+    "g",
+    "o",
+    "s",
+    "mg",
+    "mtllib",
+    "usemtl",
+    "maplib",
+    "usemap",
+    "cstype",
+    "deg",
+    "bmat",
+    "step",
+    "curv",
+    "curv2",
+    "surf",
+    "parm",
+    "trim",
+    "hole",
+    "scrv",
+    "sp",
+    "end",
+    "con",
+    "bevel",
+    "c_interp",
+    "d_interp",
+    "lod",
+    "shadow_obj",
+    "trace_obj",
+    "ctech",
+    "stech",
+    "call",
+    "csh",
 ];
 /// Lines between two steps of the bar.
 const STEP: u64 = 1 << 16;
@@ -21,7 +53,8 @@ const STEP: u64 = 1 << 16;
 /// A coordinate or index that is no number, an index out of range: with its line. No triangle.
 pub(super) fn parse(path: &Path, bytes: &[u8], progress: Progress) -> Result<Scene, SceneError> {
     let bar = progress.bytes(format!("parsing {}", path.display()), bytes.len() as u64);
-    let mut reader = Reader { path, positions: Vec::new(), faces: Faces::default(), corners: Vec::new(), line: 0 };
+    let mut reader =
+        Reader { path, positions: Vec::new(), faces: Faces::default(), corners: Vec::new(), line: 0 };
     let (mut wires, mut unknown) = (Tally::default(), Tally::default());
     let mut rest = bytes;
     let mut joined = Vec::new();
@@ -94,7 +127,9 @@ impl Reader<'_> {
         for (k, x) in p.iter_mut().enumerate() {
             let Some(word) = words.next() else {
                 let what = format!("a vertex of {k} coordinates instead of 3");
-                return Err(self.invalid(what, "the file is damaged or cut short: get it again, or mend the line"));
+                return Err(
+                    self.invalid(what, "the file is damaged or cut short: get it again, or mend the line")
+                );
             };
             *x = std::str::from_utf8(word).ok().and_then(|w| w.parse().ok()).ok_or_else(|| {
                 let what = format!("{:?} is not a number", String::from_utf8_lossy(word));
@@ -123,7 +158,10 @@ impl Reader<'_> {
                 Some(c) => self.corners.push(c),
                 None => {
                     let what = format!("a face names vertex {i}, and there are {count} so far");
-                    return Err(self.invalid(what, "indices start at 1, or at -1 back from the last vertex: mend the line"));
+                    return Err(self.invalid(
+                        what,
+                        "indices start at 1, or at -1 back from the last vertex: mend the line",
+                    ));
                 }
             }
         }

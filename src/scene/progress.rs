@@ -23,7 +23,12 @@ impl Progress {
         }
     }
 
-    fn styled(self, length: Option<u64>, template: &str, message: impl Into<Cow<'static, str>>) -> ProgressBar {
+    fn styled(
+        self,
+        length: Option<u64>,
+        template: &str,
+        message: impl Into<Cow<'static, str>>,
+    ) -> ProgressBar {
         let bar = ProgressBar::with_draw_target(length, self.target()).with_message(message);
         match ProgressStyle::with_template(template) {
             Ok(style) => bar.with_style(style),

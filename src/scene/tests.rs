@@ -1,5 +1,7 @@
 //! Files, sound and damaged, through the front door.
 
+#![allow(clippy::unwrap_used)]
+
 use std::fs;
 use std::path::PathBuf;
 
@@ -95,7 +97,8 @@ fn obj_as_people_write_it() {
 fn obj_as_tobj_reads_it() {
     let text = "v 0.1 1e-3 7\nv 1 0 0\nv 1 1.5 0\nv 0.3 1 -2\nv 5 5 5\nf 1 2 3 4\no b\nf 5 4 3\nf -1 -2 -4\n";
     let options = tobj::LoadOptions { triangulate: true, ..Default::default() };
-    let (models, _) = tobj::load_obj_buf(&mut text.as_bytes(), &options, |_| Err(tobj::LoadError::OpenFileFailed)).unwrap();
+    let (models, _) =
+        tobj::load_obj_buf(&mut text.as_bytes(), &options, |_| Err(tobj::LoadError::OpenFileFailed)).unwrap();
     let theirs: Vec<[f32; 3]> = models
         .iter()
         .flat_map(|m| m.mesh.indices.iter().map(|&i| [0, 1, 2].map(|k| m.mesh.positions[3 * i as usize + k])))
@@ -164,16 +167,34 @@ fn bad_ply_is_refused_with_its_place() {
         }
         refused("ply", head(0, 0, format).as_bytes(), &["no triangle"]);
     }
-    refused("ply", &body(&head(1, 1, "ascii"), b"0 0 0\n3 0 0 1\n"), &["face 0 (line 11)", "vertex 1, and there are 1"]);
+    refused(
+        "ply",
+        &body(&head(1, 1, "ascii"), b"0 0 0\n3 0 0 1\n"),
+        &["face 0 (line 11)", "vertex 1, and there are 1"],
+    );
     refused("ply", &body(&head(1, 1, "ascii"), b"0 0 zero\n3 0 0 0\n"), &["vertex 0 (line 10)", "zero"]);
     refused("ply", &body(&head(1, 1, "ascii"), b"0 0 0\n3 0 0\n"), &["face 0", "list of 3"]);
-    refused("ply", &body(&head(1, 1, "ascii"), b"0 0 0\n4000000000 0 0\n"), &["face 0", "list of 4000000000"]);
-    refused("ply", &body(&head(1, 1, "ascii"), b"0 0 0\n3 0 -1 0\n"), &["face 0", "-1 is not a vertex index"]);
+    refused(
+        "ply",
+        &body(&head(1, 1, "ascii"), b"0 0 0\n4000000000 0 0\n"),
+        &["face 0", "list of 4000000000"],
+    );
+    refused(
+        "ply",
+        &body(&head(1, 1, "ascii"), b"0 0 0\n3 0 -1 0\n"),
+        &["face 0", "-1 is not a vertex index"],
+    );
     refused("ply", &body(&head(1, 1, "ascii"), b"0 0 0\n2 0 0\n"), &["no triangle", "fewer than 3"]);
     let cloud = format!("ply\nformat ascii 1.0\nelement vertex 1\n{xyz}end_header\n0 0 0\n");
     refused("ply", cloud.as_bytes(), &["no triangle", "1 vertices"]);
-    refused("ply", b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n0\n", &["properties y"]);
-    refused("ply", b"ply\nformat ascii 1.0\nelement face 9\nend_header\n0\n", &["no list vertex_indices"]);
+    refused(
+        "ply",
+        b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n0\n",
+        &["properties y"],
+    );
+    refused("ply", b"ply\nformat ascii 1.0\nelement face 9\nend_header\n0\n", &["face no property"]);
+    let strips = "ply\nformat ascii 1.0\nelement face 1\nproperty list uchar int strip\nend_header\n1 0\n";
+    refused("ply", strips.as_bytes(), &["no list vertex_indices"]);
 }
 
 #[test]

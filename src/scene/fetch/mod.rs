@@ -69,7 +69,13 @@ pub(super) const FETCHED: &[Fetched] = &[
         packing: Packing::Plain,
         bytes: 5_610_593,
         sha256: "f109270c87e563790153e557890c1029eea4fda4ce360b4164fa8682627bd90d",
-        camera: None,
+        // Along the nave, from one end.
+        camera: Some(Camera {
+            eye: [-12.0, 3.5, 0.0],
+            target: [8.0, 4.5, 0.0],
+            up: [0.0, 1.0, 0.0],
+            fov_y: 70.0,
+        }),
         instead: "city:66450",
     },
 ];

@@ -104,7 +104,11 @@ impl Header {
             };
             let rest = &bytes[header.body..];
             let Some(end) = rest.iter().position(|&b| b == b'\n') else {
-                let what = if header.line == 1 { "this is not a PLY file" } else { "the file ends inside the header" };
+                let what = if header.line == 1 {
+                    "this is not a PLY file"
+                } else {
+                    "the file ends inside the header"
+                };
                 return invalid(what.to_owned(), "get the file again, or give it the extension it deserves");
             };
             let line = String::from_utf8_lossy(&rest[..end]);
@@ -120,7 +124,12 @@ impl Header {
                         "ascii" => Format::Ascii,
                         "binary_little_endian" => Format::Little,
                         "binary_big_endian" => Format::Big,
-                        _ => return invalid(format!("unknown format {name:?}"), "write it as ascii or binary"),
+                        _ => {
+                            return invalid(
+                                format!("unknown format {name:?}"),
+                                "write it as ascii or binary",
+                            );
+                        }
                     });
                 }
                 [] | ["comment" | "obj_info", ..] => {}
@@ -136,7 +145,9 @@ impl Header {
                 ["property", ref spec @ ..] => match (Self::property(spec), header.elements.last_mut()) {
                     (Some(p), Some(element)) => element.properties.push(p),
                     (None, _) => return invalid(format!("{line:?} is not a property"), "mend the header"),
-                    (_, None) => return invalid("a property before any element".to_owned(), "mend the header"),
+                    (_, None) => {
+                        return invalid("a property before any element".to_owned(), "mend the header");
+                    }
                 },
                 ["end_header"] => {
                     let Some(format) = format else {

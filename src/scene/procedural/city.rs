@@ -40,7 +40,12 @@ impl Pose {
 }
 
 /// About `n` triangles, to the nearest row of cubes; the smallest city is one column.
-pub(in crate::scene) fn generate(name: &str, n: u64, pose: Pose, progress: Progress) -> Result<Scene, SceneError> {
+pub(in crate::scene) fn generate(
+    name: &str,
+    n: u64,
+    pose: Pose,
+    progress: Progress,
+) -> Result<Scene, SceneError> {
     let mut width = ((n as f64 / DENSITY).sqrt() as usize).max(1);
     let (grid, depth) = loop {
         let grid = Grid::new(name, width, width + width / 2 + 2)?;
@@ -83,7 +88,7 @@ fn camera(width: usize, depth: usize, pose: Pose) -> Camera {
     let (w, d) = (width as f64, depth as f64);
     let turned = |p| pose.turn(p).map(|x| x as f32);
     Camera {
-        eye: turned([0.62 * w, 30.0 + 0.4 * (w + d) / 2.0, 0.8 * d]),
+        eye: turned([0.7 * w, 30.0 + 0.45 * (w + d) / 2.0, 0.9 * d]),
         target: turned([0.0, 15.0, 0.0]),
         up: turned([0.0, 1.0, 0.0]),
         fov_y: 50.0,
@@ -129,13 +134,16 @@ impl Grid {
 
     /// Faces of the cubes in row `z` of a city of `depth` rows.
     fn row_faces(&self, z: usize, depth: usize) -> usize {
-        (0..self.width).map(|x| self.shown(x, z, depth).iter().map(|m| m.count_ones() as usize).sum::<usize>()).sum()
+        (0..self.width)
+            .map(|x| self.shown(x, z, depth).iter().map(|m| m.count_ones() as usize).sum::<usize>())
+            .sum()
     }
 
     /// How many rows come nearest to `n` triangles; none where all rows are too few.
     fn depth_for(&self, n: u64) -> Option<usize> {
         let faces = n.div_ceil(2) as usize;
-        let inner: Vec<usize> = (0..self.depth).into_par_iter().map(|z| self.row_faces(z, self.depth)).collect();
+        let inner: Vec<usize> =
+            (0..self.depth).into_par_iter().map(|z| self.row_faces(z, self.depth)).collect();
         let (mut before, mut best) = (0, (usize::MAX, 1));
         for (z, row) in inner.iter().enumerate() {
             let total = before + self.row_faces(z, z + 1);

@@ -36,8 +36,8 @@ pub(in crate::scene) fn generate(name: &str, n: u64, progress: Progress) -> Resu
             }
         });
     bar.finish_and_clear();
-    // 2.5 radii out, so that the ball fills the picture's height.
-    let camera = Camera { eye: [1.25, 0.9, 1.98], target: [0.0; 3], up: [0.0, 1.0, 0.0], fov_y: 45.0 };
+    // About 3.2 radii out, so that the ball fills the picture's height.
+    let camera = Camera { eye: [1.6, 1.15, 2.55], target: [0.0; 3], up: [0.0, 1.0, 0.0], fov_y: 45.0 };
     Ok(Scene { name: name.to_owned(), positions, triangles, warnings: Vec::new(), camera: Some(camera) })
 }
 
@@ -58,10 +58,10 @@ fn strand(i: u32, rings: &mut [[f32; 3]]) {
             *vertex = (p + v * r).as_vec3().to_array();
         }
         p += d * step;
-        d += curl(p * 2.3, SEED) * 0.55 + unit_vector(i, 4 + k as u32, SEED) * 0.10;
+        d += curl(p * 2.3, SEED) * 0.16 + unit_vector(i, 4 + k as u32, SEED) * 0.15;
         let distance = p.length();
         if distance > 1.0 {
-            d -= p / distance * 0.5;
+            d -= p / distance * (0.5 + 2.0 * (distance - 1.0));
         }
         d = d.try_normalize().unwrap_or(outward);
     }

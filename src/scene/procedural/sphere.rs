@@ -29,7 +29,7 @@ pub(in crate::scene) fn generate(name: &str, count: u64, progress: Progress) -> 
         }
     });
     bar.finish_and_clear();
-    let camera = Camera { eye: [2.2, 1.7, 3.3], target: [0.0; 3], up: [0.0, 1.0, 0.0], fov_y: 45.0 };
+    let camera = Camera { eye: [1.8, 1.4, 2.7], target: [0.0; 3], up: [0.0, 1.0, 0.0], fov_y: 45.0 };
     Ok(Scene { name: name.to_owned(), positions, triangles, warnings: Vec::new(), camera: Some(camera) })
 }
 
@@ -95,8 +95,9 @@ impl Lattice {
         // Cube to sphere with nearly even cells (P. Nowell's map): each coordinate shrinks by the other two.
         let shrink = |a: f64, b: f64| (1.0 - a / 2.0 - b / 2.0 + a * b / 3.0).sqrt();
         let p = DVec3::new(c.x * shrink(s.y, s.z), c.y * shrink(s.z, s.x), c.z * shrink(s.x, s.y));
-        let r = 1.0 + 0.35 * fbm(p * 1.7, 4, SEED)
-            + 0.06 * (ridged(p * 7.0, 3, SEED + 8) - 1.0)
+        let r = 1.0
+            + 0.2 * fbm(p * 1.7, 4, SEED)
+            + 0.04 * (ridged(p * 7.0, 3, SEED + 8) - 1.0)
             + 0.004 * fbm(p * 60.0, 3, SEED + 16);
         // Kept off the centre, so that the surface never turns inside out.
         (p * r.max(0.2)).as_vec3().to_array()
