@@ -65,9 +65,9 @@ impl Scene {
             let corners = self.corners(t);
             if corners.iter().flatten().all(|x| x.is_finite()) {
                 for p in corners {
-                    for k in 0..3 {
-                        b.lo[k] = b.lo[k].min(p[k]);
-                        b.hi[k] = b.hi[k].max(p[k]);
+                    for (k, x) in p.into_iter().enumerate() {
+                        b.lo[k] = b.lo[k].min(x);
+                        b.hi[k] = b.hi[k].max(x);
                     }
                 }
             }

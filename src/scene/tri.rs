@@ -13,7 +13,7 @@ const RECORD: usize = 36;
 /// A size that is no multiple of 36 bytes, no triangle, more than 2^30.
 pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Scene, SceneError> {
     let whole = bytes.len() / RECORD;
-    if bytes.len() % RECORD != 0 {
+    if !bytes.len().is_multiple_of(RECORD) {
         return Err(SceneError::invalid(
             path,
             format!("byte {}", whole * RECORD),

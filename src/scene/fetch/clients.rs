@@ -119,7 +119,7 @@ fn archive(folder: &Path) -> io::Result<Option<PathBuf>> {
     Ok(None)
 }
 
-/// What a client wrote; or why it failed, with the last of what it said.
+/// What a client wrote; or why it failed, with the first of what it said.
 fn output(mut command: Command, missing: &str) -> Result<Vec<u8>, String> {
     let output = command.stdin(Stdio::null()).output().map_err(|e| match e.kind() {
         io::ErrorKind::NotFound => format!("{} is not there; {missing}", command.get_program().display()),
@@ -130,6 +130,6 @@ fn output(mut command: Command, missing: &str) -> Result<Vec<u8>, String> {
     }
     let said = String::from_utf8_lossy(&output.stderr);
     let lines: Vec<&str> = said.lines().map(str::trim).filter(|l| !l.is_empty()).collect();
-    let last = lines[lines.len().saturating_sub(4)..].join("; ");
-    Err(format!("{}: {last}", output.status))
+    // Both clients give the cause first, and advice after it.
+    Err(format!("{}: {}", output.status, lines[..lines.len().min(6)].join("; ")))
 }

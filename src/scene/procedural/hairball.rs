@@ -18,7 +18,7 @@ const SEED: u32 = 0x4A12;
 /// About `n` triangles, to the nearest segment of 8: whole strands, and a shorter last one.
 pub(in crate::scene) fn generate(name: &str, n: u64, progress: Progress) -> Result<Scene, SceneError> {
     let side_triangles = 2 * SIDES;
-    let segments = (n as usize + side_triangles / 2).checked_div(side_triangles).unwrap_or(1).max(1);
+    let segments = ((n as usize + side_triangles / 2) / side_triangles).max(1);
     let strands = segments.div_ceil(SEGMENTS);
     let mut positions = zeros::<[f32; 3]>(name, (segments + strands) * SIDES)?;
     let mut triangles = zeros::<[u32; 3]>(name, segments * side_triangles)?;

@@ -26,7 +26,7 @@ pub(super) fn plot(px: u32, pz: u32) -> Plot {
         }
     }
     let level = ground.iter().flatten().copied().max().unwrap_or(10);
-    let mut plot = ground.map(|row| row.map(|height| below(height)));
+    let mut plot = ground.map(|row| row.map(below));
     for (z, row) in plot.iter_mut().enumerate() {
         for (x, column) in row.iter_mut().enumerate() {
             if x < STREET || z < STREET {
