@@ -129,7 +129,11 @@ fn output(mut command: Command, missing: &str) -> Result<Vec<u8>, String> {
         return Ok(output.stdout);
     }
     let said = String::from_utf8_lossy(&output.stderr);
-    let lines: Vec<&str> = said.lines().map(str::trim).filter(|l| !l.is_empty()).collect();
+    let lines: Vec<&str> = said
+        .lines()
+        .map(str::trim)
+        .filter(|l| !l.is_empty() && *l != "Caused by:" && !l.contains("    at "))
+        .collect();
     // Both clients give the cause first, and advice after it.
     Err(format!("{}: {}", output.status, lines[..lines.len().min(6)].join("; ")))
 }
