@@ -1,6 +1,25 @@
 //! Meshes: what a scene is, and where it comes from.
 
+mod camera;
+mod error;
+mod fetch;
+mod mesh;
+mod obj;
+mod open;
+mod ply;
+mod procedural;
+mod progress;
+mod tri;
+
+pub use camera::Camera;
+pub use error::SceneError;
+pub use open::{Name, Options, names, open};
+pub use progress::Progress;
+
 use crate::abi::Aabb;
+
+/// The most triangles of a scene: an index and its corners' indices fit 32 bits with room to spare.
+pub const MAX_TRIANGLES: u64 = 1 << 30;
 
 /// A triangle mesh in input order. Triangles that can't be hit stay in it, so that indices keep their meaning.
 #[derive(Debug, Clone, Default)]
@@ -28,23 +47,15 @@ pub struct Warning {
     pub first: String,
 }
 
-/// A pinhole camera.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Camera {
-    /// Position, scene units.
-    pub eye: [f32; 3],
-    /// Point looked at.
-    pub target: [f32; 3],
-    /// Upward direction, any length, not along the view.
-    pub up: [f32; 3],
-    /// Vertical field of view, degrees.
-    pub fov_y: f32,
-}
-
 impl Scene {
     /// The corners of triangle `i`.
     pub fn corners(&self, i: usize) -> [[f32; 3]; 3] {
         self.triangles[i].map(|v| self.positions[v as usize])
+    }
+
+    /// The scene's own camera, or else a three-quarter view of its bounds.
+    pub fn view(&self) -> Camera {
+        self.camera.unwrap_or_else(|| Camera::default_for(&self.bounds()))
     }
 
     /// Bounds of all finite triangles; empty (lo > hi) where there are none.
@@ -54,9 +65,9 @@ impl Scene {
             let corners = self.corners(t);
             if corners.iter().flatten().all(|x| x.is_finite()) {
                 for p in corners {
-                    for k in 0..3 {
-                        b.lo[k] = b.lo[k].min(p[k]);
-                        b.hi[k] = b.hi[k].max(p[k]);
+                    for (k, x) in p.into_iter().enumerate() {
+                        b.lo[k] = b.lo[k].min(x);
+                        b.hi[k] = b.hi[k].max(x);
                     }
                 }
             }
@@ -64,3 +75,6 @@ impl Scene {
         b
     }
 }
+
+#[cfg(test)]
+mod tests;

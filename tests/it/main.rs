@@ -1,3 +1,4 @@
-//! Integration tests.
+//! Integration tests: one binary, so that one device serves all.
 
 mod oracle;
+mod scene;

