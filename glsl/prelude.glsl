@@ -19,3 +19,5 @@ uint invocation_index() { return group_index() * WG + gl_LocalInvocationID.x; }
 // Minimum and maximum of numbers: no case for NaN, which min() and max() pay for on some drivers.
 float least_of(float a, float b) { return a < b ? a : b; }
 float greatest_of(float a, float b) { return a > b ? a : b; }
+vec3 least_of(vec3 a, vec3 b) { return vec3(least_of(a.x, b.x), least_of(a.y, b.y), least_of(a.z, b.z)); }
+vec3 greatest_of(vec3 a, vec3 b) { return vec3(greatest_of(a.x, b.x), greatest_of(a.y, b.y), greatest_of(a.z, b.z)); }

@@ -11,8 +11,10 @@ void main() {
     for (uint i = begin; i < end; ++i) {
         uint t = P(order).at[i];
         vec3 a = CORNER(triangles, t, 0u), b = CORNER(triangles, t, 1u), c = CORNER(triangles, t, 2u);
-        precise vec3 lo = min(a, min(b, c)) * args.scale - args.anchor;
-        precise vec3 hi = max(a, max(b, c)) * args.scale - args.anchor;
+        // Not min and max: of −0 and +0 they take either, and −0 makes another tree.
+        vec3 least = least_of(a, least_of(b, c)), greatest = greatest_of(a, greatest_of(b, c));
+        precise vec3 lo = least * args.scale - args.anchor;
+        precise vec3 hi = greatest * args.scale - args.anchor;
         Aabb box = Aabb(lo, hi);
         precise float cost = args.triangle_cost * half_area(box);
         P(bounds).at[i] = box;

@@ -9,8 +9,9 @@ mod sort;
 mod tree;
 
 pub use recipe::{Collapse, Morton, Recipe};
-pub use tree::{Bvh, HostTree, SceneBuffers, leaf_bits};
+pub use tree::{Bvh, Child, HostTree, SceneBuffers, leaf_bits};
 
+use crate::abi::{PlocRoot, RawNode};
 use crate::device::{Buffer, Device, DeviceError, Recorder, Times, Timing};
 use std::sync::Arc;
 use std::time::Instant;
@@ -28,6 +29,27 @@ pub struct Built {
     pub scratch_bytes: u64,
     /// What the build did and what it skipped, a sentence each.
     pub explain: Vec<String>,
+}
+
+/// What the stages of a build hand on, read back: for tests, which compare it with `oracle::build`.
+#[derive(Debug, Clone, Default)]
+pub struct Stages {
+    /// Codes in input order: 30 bits, or the upper 31 of 63. With [`Morton::Auto`] the 30-bit ones.
+    pub keys: Vec<u32>,
+    /// Low words of 63-bit codes; empty with others.
+    pub low_keys: Vec<u32>,
+    /// Triangles in Morton order, without those that can't be hit.
+    pub order: Vec<u32>,
+    /// Scale to unit space.
+    pub scale: f32,
+    /// The binary tree.
+    pub nodes: Vec<RawNode>,
+    /// Its root; none where there is no triangle.
+    pub root: Option<PlocRoot>,
+    /// Packed index of each raw node; [`crate::abi::INVALID`] where it isn't kept.
+    pub packed: Vec<u32>,
+    /// First triangle of the leaves directly below each raw node.
+    pub leaf_triangles: Vec<u32>,
 }
 
 /// State of a build: where passes are recorded to, and what has been learnt.
@@ -110,6 +132,26 @@ pub fn memory_needed(triangles: usize) -> u64 {
 /// # Errors
 /// [`BuildError`].
 pub fn build(device: &Arc<Device>, scene: &SceneBuffers, recipe: &Recipe, timing: Timing) -> Result<Built> {
+    run(device, scene, recipe, timing, None)
+}
+
+/// As [`build`], with every stage's result read back.
+///
+/// # Errors
+/// [`BuildError`].
+pub fn stages(device: &Arc<Device>, scene: &SceneBuffers, recipe: &Recipe) -> Result<(Built, Stages)> {
+    let mut stages = Stages::default();
+    let built = run(device, scene, recipe, Timing::Off, Some(&mut stages))?;
+    Ok((built, stages))
+}
+
+fn run(
+    device: &Arc<Device>,
+    scene: &SceneBuffers,
+    recipe: &Recipe,
+    timing: Timing,
+    mut stages: Option<&mut Stages>,
+) -> Result<Built> {
     recipe.check()?;
     let limit = 1u64 << (31 - leaf_bits(recipe.collapse.max_leaf));
     if scene.count() as u64 > limit {
@@ -122,9 +164,21 @@ pub fn build(device: &Arc<Device>, scene: &SceneBuffers, recipe: &Recipe, timing
     let before = device.track_memory();
     let mut build = Build { device, scene, recipe, timing, times: Times::default(), explain: vec![] };
     let (codes, space) = morton::encode(&mut build)?;
+    if let Some(s) = &mut stages {
+        s.keys = codes.keys.read()?;
+        s.low_keys = codes.low_keys.as_ref().map_or(Ok(vec![]), Buffer::read)?;
+        s.scale = space.scale;
+    }
     let order = sort::by_code(&mut build, codes)?;
     let tree = ploc::cluster(&mut build, &order, &space)?;
     let kept = collapse::number(&mut build, &tree)?;
+    if let Some(s) = &mut stages {
+        s.order = order.triangles.read_first(order.count as usize)?;
+        s.nodes = tree.nodes.read()?;
+        s.root = (tree.count > 0).then_some(tree.root);
+        s.packed = kept.packed.read()?;
+        s.leaf_triangles = kept.leaf_triangles.read()?;
+    }
     let bvh = layout::pack(&mut build, order, tree, kept, space)?;
     let wall_ms = start.elapsed().as_secs_f64() * 1e3;
     let scratch_bytes = device.peak_memory().saturating_sub(before + bvh.bytes());

@@ -125,7 +125,8 @@ fn space(bounds: &Aabb, hittable: u32) -> Space {
     // A triangle that can be hit has distinct corners, so `longest` is above 0.
     let exponent = (-(longest.log2().floor() as i32) - 1).clamp(-126, 126);
     let scale = 2f64.powi(exponent);
-    let anchor: [f32; 3] = std::array::from_fn(|k| ((lo[k] + hi[k]) * 0.5 * scale) as f32);
+    // + 0: never −0, whichever of −0 and +0 the driver's minimum takes.
+    let anchor: [f32; 3] = std::array::from_fn(|k| ((lo[k] + hi[k]) * 0.5 * scale) as f32 + 0.0);
     let reach = (0..3)
         .flat_map(|k| [lo[k], hi[k]].map(|x| (x * scale - f64::from(anchor[k])).abs()))
         .fold(0.0, f64::max);

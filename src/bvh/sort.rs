@@ -43,13 +43,10 @@ pub(super) fn by_code(build: &mut Build<'_>, mut codes: Codes) -> Result<Order> 
         // Where no bit of the codes differs, more of them won't tell the centres apart either.
         if share > DUPLICATES_FOR_63 && codes.live & !crate::abi::UNHITTABLE_KEY != 0 {
             morton::widen(build, &mut codes)?;
-            if codes.low_live != 0 {
+            // Even where the low words turn out to be all alike: encoding has put the triangles back in input order.
+            if let Some(low_keys) = codes.low_keys.take() {
                 let mut rec = build.recorder()?;
-                let low_keys = codes.low_keys.take();
-                let passes = match low_keys {
-                    Some(low) => sorter.wide(build, &mut rec, &mut codes, low)?,
-                    None => 0,
-                };
+                let passes = sorter.wide(build, &mut rec, &mut codes, low_keys)?;
                 build.run(rec)?;
                 build.note(format!("morton: {:.0} % shared a 30-bit code, so 63 bits, {passes} more passes", share * 100.0));
             }

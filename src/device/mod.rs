@@ -45,6 +45,8 @@ pub struct Options {
     pub validation: bool,
     /// How kernels reach buffers.
     pub pointers: Pointers,
+    /// Kernel shapes; none: those that suit the device. Results don't depend on them, which tests check by this.
+    pub shape: Option<Shape>,
 }
 
 impl Options {
@@ -238,7 +240,7 @@ impl Device {
         .map_err(|source| DeviceError::Allocation { what: "the allocator".into(), bytes: 0, source })?;
         let labels = instance.labels.then(|| ash::ext::debug_utils::Device::new(&instance.raw, &raw));
         Ok(Arc::new(Self {
-            shape: Shape::of(&info),
+            shape: options.shape.clone().unwrap_or_else(|| Shape::of(&info)),
             info,
             pointers: options.pointers,
             raw,

@@ -36,7 +36,7 @@ impl Shape {
     }
 
     /// For software drivers: measured on lavapipe 25.0.7, 2 cores of Zen 5.
-    fn software(subgroup: u32) -> Self {
+    pub fn software(subgroup: u32) -> Self {
         let threads = std::thread::available_parallelism().map_or(1, |n| n.get() as u32);
         let threads = std::env::var("LP_NUM_THREADS").ok().and_then(|s| s.parse().ok()).unwrap_or(threads);
         Self {
@@ -54,7 +54,7 @@ impl Shape {
     }
 
     /// For GPUs: by the books, not measured.
-    fn gpu(max_workgroup: u32) -> Self {
+    pub fn gpu(max_workgroup: u32) -> Self {
         Self {
             workgroup: max_workgroup.min(256),
             items: 2,

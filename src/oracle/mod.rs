@@ -1,6 +1,50 @@
 //! CPU twins of the kernels, and references that they answer to. Order of trust: brute > reference > device.
+//!
+//! A twin has its stage's name and its kernels' function and variable names, in the same order. It is slow and
+//! obvious: it says what the kernels compute, bit for bit.
 
 pub mod brute;
+pub mod collapse;
 pub mod compare;
 pub mod exact;
+pub mod layout;
+pub mod morton;
+pub mod ploc;
 pub mod reference;
+pub mod scan;
+pub mod sort;
+pub mod trace;
+
+use crate::abi::Aabb;
+use crate::bvh::{HostTree, Recipe};
+use crate::scene::Scene;
+
+/// What each stage of a build comes to: the twin of `bvh::Stages`, and the tree.
+#[derive(Debug, Clone)]
+pub struct Built {
+    /// Bounds of the triangles that can be hit, scene space.
+    pub bounds: Aabb,
+    /// Unit space.
+    pub space: morton::Space,
+    /// Triangles in Morton order, without those that can't be hit.
+    pub order: Vec<u32>,
+    /// The binary tree, and what of it is kept; none where no triangle can be hit.
+    pub raw: Option<(ploc::RawTree, collapse::Kept)>,
+    /// The packed tree.
+    pub tree: HostTree,
+}
+
+/// Builds the tree of `scene` by `recipe` as the device does, stage by stage.
+pub fn build(scene: &Scene, recipe: &Recipe) -> Built {
+    let (bounds, hittable) = morton::bounds(scene);
+    let space = morton::space(&bounds, hittable);
+    let order = sort::by_code(scene, &bounds, hittable, recipe.morton);
+    let raw = ploc::cluster(scene, &order, &space, recipe.radius, &recipe.collapse);
+    let raw = raw.map(|tree| {
+        let kept = collapse::number(&tree);
+        (tree, kept)
+    });
+    let parts = raw.as_ref().map(|(tree, kept)| (tree, kept));
+    let tree = layout::pack(scene, &order, &space, recipe.collapse.max_leaf, parts);
+    Built { bounds, space, order, raw, tree }
+}

@@ -1,0 +1,163 @@
+//! Twin of `glsl/ploc/*.comp`: rounds of search, merge and compaction until one cluster is left. Where the device
+//! does its last rounds in one dispatch, or searches with registers, is of no concern here: the tree is the same.
+
+use super::morton::{Space, greatest_of, least_of, triangle_bounds};
+use crate::abi::{Aabb, COLLAPSED_BIT, Cluster, INVALID, LEAF_BIT, PlocRoot, RawNode};
+use crate::bvh::Collapse;
+use crate::scene::Scene;
+
+/// A binary tree over Morton ranks.
+#[derive(Debug, Clone)]
+pub struct RawTree {
+    /// Inner nodes, one fewer than triangles.
+    pub nodes: Vec<RawNode>,
+    /// What `ploc/tail` writes.
+    pub root: PlocRoot,
+}
+
+/// The common box.
+pub fn merged(a: &Aabb, b: &Aabb) -> Aabb {
+    Aabb {
+        lo: std::array::from_fn(|k| least_of(a.lo[k], b.lo[k])),
+        hi: std::array::from_fn(|k| greatest_of(a.hi[k], b.hi[k])),
+    }
+}
+
+/// Half the surface area.
+pub fn half_area(b: &Aabb) -> f32 {
+    let [x, y, z]: [f32; 3] = std::array::from_fn(|k| b.hi[k] - b.lo[k]);
+    x * (y + z) + y * z
+}
+
+/// Low bits of a key that hold the colour of a pair.
+fn colour_mask(radius: u32) -> u32 {
+    2 * radius.next_power_of_two() - 1
+}
+
+/// The bit of `i` that tells the pair (i, i + distance) from (i − distance, i).
+fn side(i: u32, distance: u32) -> u32 {
+    i >> distance.trailing_zeros() & 1
+}
+
+/// Key of the pair (i, i + distance).
+pub fn pair_key(a: &Aabb, b: &Aabb, i: u32, distance: u32, radius: u32) -> u32 {
+    let colour = (distance - 1) * 2 | side(i, distance);
+    half_area(&merged(a, b)).to_bits() & !colour_mask(radius) | colour
+}
+
+/// The other cluster of the pair that cluster `i` holds least.
+pub fn partner_of(i: u32, key: u32, radius: u32) -> u32 {
+    let colour = key & colour_mask(radius);
+    let distance = (colour >> 1) + 1;
+    if side(i, distance) == colour & 1 { i + distance } else { i.wrapping_sub(distance) }
+}
+
+/// `ploc/leaves`: the box of each triangle in unit space, and its cluster of one.
+pub fn leaves(scene: &Scene, order: &[u32], space: &Space, collapse: &Collapse) -> (Vec<Aabb>, Vec<Cluster>) {
+    let leaf = |(i, t): (usize, &u32)| {
+        let scene_box = triangle_bounds(scene.corners(*t as usize));
+        let unit = |p: [f32; 3]| std::array::from_fn(|k| p[k] * space.scale - space.anchor[k]);
+        let bounds = Aabb { lo: unit(scene_box.lo), hi: unit(scene_box.hi) };
+        let cost = collapse.triangle_cost * half_area(&bounds);
+        (bounds, Cluster { node: LEAF_BIT | i as u32, rank: i as u32, count: 1, cost })
+    };
+    order.iter().enumerate().map(leaf).unzip()
+}
+
+/// `ploc/search`: the least key of each cluster's pairs.
+pub fn search(bounds: &[Aabb], radius: u32) -> Vec<u32> {
+    let count = bounds.len() as u32;
+    let mut nearest = vec![INVALID; bounds.len()];
+    for i in 0..count {
+        for distance in 1..=radius.min(count - 1 - i) {
+            let j = i + distance;
+            let key = pair_key(&bounds[i as usize], &bounds[j as usize], i, distance, radius);
+            for cluster in [i, j] {
+                nearest[cluster as usize] = nearest[cluster as usize].min(key);
+            }
+        }
+    }
+    nearest
+}
+
+/// The cluster of two and its node.
+fn merge(
+    (box_a, a): (&Aabb, &Cluster),
+    (box_b, b): (&Aabb, &Cluster),
+    collapse: &Collapse,
+) -> (Aabb, Cluster, RawNode) {
+    let bounds = merged(box_a, box_b);
+    let count = a.count + b.count;
+    let area = half_area(&bounds);
+    let inner = collapse.traversal_cost * area + (a.cost + b.cost);
+    let leaf = (collapse.triangle_cost * area) * count as f32;
+    let collapsed = count <= collapse.max_leaf && leaf < inner;
+    let cost = if collapsed { leaf } else { inner };
+    let cluster = Cluster { node: b.rank - 1, rank: a.rank, count, cost };
+    let node = RawNode {
+        left_bounds: *box_a,
+        right_bounds: *box_b,
+        left: a.node,
+        right: b.node,
+        count: count | if collapsed { COLLAPSED_BIT } else { 0 },
+        parent: INVALID,
+    };
+    (bounds, cluster, node)
+}
+
+/// `ploc/count`, `ploc/scan` and `ploc/merge`: pairs that name each other become one, the rest go on, in order.
+fn round(
+    bounds: &[Aabb],
+    clusters: &[Cluster],
+    nodes: &mut [RawNode],
+    radius: u32,
+    collapse: &Collapse,
+) -> (Vec<Aabb>, Vec<Cluster>) {
+    let nearest = search(bounds, radius);
+    let mut next = (vec![], vec![]);
+    for i in 0..clusters.len() {
+        let key = nearest[i];
+        let j = partner_of(i as u32, key, radius) as usize;
+        let mutual = nearest.get(j) == Some(&key);
+        if mutual && j < i {
+            continue;
+        }
+        let (mut box_of, mut cluster) = (bounds[i], clusters[i]);
+        if mutual {
+            let (a, b) = (clusters[i], clusters[j]);
+            let node;
+            (box_of, cluster, node) = merge((&bounds[i], &a), (&bounds[j], &b), collapse);
+            nodes[cluster.node as usize] = node;
+            for child in [a.node, b.node] {
+                if child < LEAF_BIT {
+                    nodes[child as usize].parent = cluster.node;
+                }
+            }
+        }
+        next.0.push(box_of);
+        next.1.push(cluster);
+    }
+    next
+}
+
+/// Clusters the triangles of `order` into a binary tree; none where there is no triangle.
+pub fn cluster(
+    scene: &Scene,
+    order: &[u32],
+    space: &Space,
+    radius: u32,
+    collapse: &Collapse,
+) -> Option<RawTree> {
+    let (mut bounds, mut clusters) = leaves(scene, order, space, collapse);
+    let mut nodes: Vec<RawNode> = vec![bytemuck::Zeroable::zeroed(); order.len().saturating_sub(1)];
+    let mut rounds = 0;
+    while clusters.len() > 1 {
+        let count = clusters.len();
+        (bounds, clusters) = round(&bounds, &clusters, &mut nodes, radius, collapse);
+        assert!(clusters.len() < count, "round {rounds} merged none of {count} clusters");
+        rounds += 1;
+    }
+    let (bounds, cluster) = (*bounds.first()?, clusters.first()?);
+    let root = PlocRoot { node: cluster.node, rounds, stalled: 0, cost: cluster.cost, bounds };
+    Some(RawTree { nodes, root })
+}

@@ -1,0 +1,268 @@
+//! Twin of `glsl/trace/single.comp` with the robust test; `trace/packet` gives the same hits. Signs that the kernel
+//! takes from integers are taken from f64 here, in which a product of two f32 is exact.
+
+use super::morton::{Space, greatest_of, least_of};
+use crate::abi::{Aabb, Hit, INVALID, LEAF_BIT, Ray, TRIANGLE_WORDS, Tests};
+use crate::bvh::{Child, HostTree};
+
+type V3 = [f32; 3];
+
+/// Box padding, in units of the largest coordinate difference: see `glsl/lib/ray.glsl`.
+const PAD: f32 = 32.0 / 16_777_216.0;
+/// Direction components below this are raised to it.
+const LEAST_DIRECTION: f32 = 1.0 / 1_099_511_627_776.0;
+/// Least magnitude of a weight that is not 0.
+const LEAST_WEIGHT: f32 = 1.2e-38;
+
+/// A ray made ready for boxes and triangles.
+#[derive(Debug, Clone, Copy)]
+pub struct Setup {
+    /// Unit scale, not moved; in the order of `axes`.
+    pub origin: V3,
+    /// Of the triangle test.
+    pub shear: V3,
+    /// A permutation of 0 1 2; the last is the direction's largest component.
+    pub axes: [usize; 3],
+    /// 1 / direction.
+    pub inverse: V3,
+    /// t of a near plane at p: p · inverse + near.
+    pub near: V3,
+    /// Likewise of a far plane.
+    pub far: V3,
+    /// Least t.
+    pub t_min: f32,
+    /// Greatest t.
+    pub t_max: f32,
+    /// t of the file = t here · 2 to this power.
+    pub t_exponent: i32,
+    /// Whether it can hit anything.
+    pub valid: bool,
+}
+
+fn power_of_two(exponent: i32) -> f32 {
+    f32::from_bits(((exponent + 127) as u32) << 23)
+}
+
+/// x · 2^exponent for |exponent| below 378.
+fn scaled(x: f32, exponent: i32) -> f32 {
+    let third = exponent / 3;
+    x * power_of_two(third) * power_of_two(third) * power_of_two(exponent - 2 * third)
+}
+
+/// Prepares `ray` for a tree of unit space `space`.
+pub fn prepare(ray: &Ray, space: &Space) -> Setup {
+    let (mut d, mut o) = (ray.direction, ray.origin);
+    let finite = d.iter().chain(&o).all(|x| x.is_finite());
+    let mut largest = d.iter().fold(0.0, |a, x| f32::max(a, x.abs()));
+    let valid = finite && !ray.t_min.is_nan() && !ray.t_max.is_nan() && largest > 0.0;
+    let lift = if largest < f32::MIN_POSITIVE { 64 } else { 0 };
+    if lift != 0 {
+        d = d.map(|x| x * 18_446_744_073_709_551_616.0);
+        largest *= 18_446_744_073_709_551_616.0;
+    }
+    if !valid {
+        d = [0.0, 0.0, 1.0];
+        largest = 1.0;
+    }
+    let exponent = (largest.to_bits() >> 23) as i32 - 127;
+    d = d.map(|x| scaled(x, -exponent));
+    let t_exponent = lift - exponent - space.exponent;
+
+    o = o.map(|x| scaled(x, space.exponent));
+    let moved: V3 = std::array::from_fn(|k| o[k] - space.anchor[k]);
+    let reach = space.reach + moved.iter().fold(0.0, |a, x| f32::max(a, x.abs()));
+    let inverse =
+        d.map(|x| 1.0 / if x.abs() < LEAST_DIRECTION { LEAST_DIRECTION.copysign(x) } else { x });
+    let centre: V3 = std::array::from_fn(|k| -moved[k] * inverse[k]);
+    let pad: V3 = std::array::from_fn(|k| (PAD * reach) * inverse[k].abs());
+
+    let a = d.map(f32::abs);
+    let axes = if a[2] >= a[0] && a[2] >= a[1] {
+        [0, 1, 2]
+    } else if a[1] >= a[0] {
+        [2, 0, 1]
+    } else {
+        [1, 2, 0]
+    };
+    Setup {
+        origin: axes.map(|k| o[k]),
+        shear: [d[axes[0]] / d[axes[2]], d[axes[1]] / d[axes[2]], 1.0 / d[axes[2]]],
+        axes,
+        inverse,
+        near: std::array::from_fn(|k| centre[k] - pad[k]),
+        far: std::array::from_fn(|k| centre[k] + pad[k]),
+        t_min: scaled(ray.t_min, -t_exponent),
+        t_max: scaled(ray.t_max, -t_exponent),
+        t_exponent,
+        valid,
+    }
+}
+
+/// Where the ray enters a box; none where it passes by, or not within t_min and `limit`.
+fn enter(s: &Setup, b: &Aabb, limit: f32) -> Option<f32> {
+    let plane = |k: usize, near: bool| if (s.inverse[k] < 0.0) == near { b.hi[k] } else { b.lo[k] };
+    let n: V3 = std::array::from_fn(|k| plane(k, true) * s.inverse[k] + s.near[k]);
+    let f: V3 = std::array::from_fn(|k| plane(k, false) * s.inverse[k] + s.far[k]);
+    let enter = greatest_of(greatest_of(n[0], n[1]), greatest_of(n[2], s.t_min));
+    let leave = least_of(least_of(f[0], f[1]), least_of(f[2], limit));
+    (enter <= leave).then_some(enter)
+}
+
+/// Which side the perturbed origin (ε, ε²) has of an edge p → q through the origin [Edelsbrunner90].
+fn owner_side(p: [f32; 2], q: [f32; 2]) -> f32 {
+    if q[1] != p[1] {
+        if q[1] < p[1] { 1.0 } else { -1.0 }
+    } else if q[0] != p[0] {
+        if q[0] > p[0] { 1.0 } else { -1.0 }
+    } else {
+        0.0
+    }
+}
+
+/// a·b − c·d: 0 exactly where it is 0, else of the right sign.
+fn exact_difference(a: f32, b: f32, c: f32, d: f32) -> f32 {
+    let exact = f64::from(a) * f64::from(b) - f64::from(c) * f64::from(d);
+    if exact == 0.0 {
+        return 0.0;
+    }
+    (exact.abs() as f32).max(LEAST_WEIGHT).copysign(exact as f32)
+}
+
+/// Weight of the corner opposite p → q, and its side.
+fn decide_edge(p: [f32; 2], q: [f32; 2], weight: f32) -> (f32, f32) {
+    let weight = if weight == 0.0 { exact_difference(p[0], q[1], p[1], q[0]) } else { weight };
+    (weight, if weight != 0.0 { weight } else { owner_side(p, q) })
+}
+
+/// What a triangle test knows: the hit at t = depth / det, weights of the second and third corner = uv / det.
+#[derive(Debug, Clone, Copy)]
+pub struct Meeting {
+    /// t · det.
+    pub depth: f32,
+    /// Sum of the weights.
+    pub det: f32,
+    /// Weights of the second and third corner.
+    pub uv: [f32; 2],
+}
+
+/// The robust test [Woop13]. `corners` in unit scale, not moved.
+pub fn meet(s: &Setup, corners: [V3; 3]) -> Option<Meeting> {
+    let [a, b, c] = corners.map(|p| std::array::from_fn::<f32, 3, _>(|k| p[s.axes[k]] - s.origin[k]));
+    let [p, q, r] = [a, b, c].map(|x| [x[0] - s.shear[0] * x[2], x[1] - s.shear[1] * x[2]]);
+    let mut u = r[0] * q[1] - r[1] * q[0];
+    let mut v = p[0] * r[1] - p[1] * r[0];
+    let mut w = q[0] * p[1] - q[1] * p[0];
+    let mut side = [u, v, w];
+    if side.contains(&0.0) {
+        (u, side[0]) = decide_edge(r, q, u);
+        (v, side[1]) = decide_edge(p, r, v);
+        (w, side[2]) = decide_edge(q, p, w);
+    }
+    if !(side.iter().all(|x| *x > 0.0) || side.iter().all(|x| *x < 0.0)) {
+        return None;
+    }
+    let det = u + v + w;
+    let depth = (u * a[2] + v * b[2] + w * c[2]) * s.shear[2];
+    (det != 0.0).then_some(Meeting { depth, det, uv: [v, w] })
+}
+
+/// The nearest hit so far.
+#[derive(Debug, Clone, Copy)]
+struct Nearest {
+    t: f32,
+    triangle: u32,
+    uv: [f32; 2],
+}
+
+/// A tree and its unit space.
+#[derive(Debug, Clone, Copy)]
+pub struct Tree<'a> {
+    /// The packed tree.
+    pub tree: &'a HostTree,
+    /// Its unit space.
+    pub space: &'a Space,
+}
+
+impl Tree<'_> {
+    /// Corners of the triangle at `place` of the packed tree, unit scale, and its input index.
+    fn triangle(&self, place: u32) -> ([V3; 3], u32) {
+        let at = (place * TRIANGLE_WORDS) as usize;
+        let word = |k: usize| f32::from_bits(self.tree.triangles[at + k]);
+        (std::array::from_fn(|c| std::array::from_fn(|k| word(3 * c + k))), self.tree.triangles[at + 9])
+    }
+
+    /// Walks the tree, nearer child first. `leaf` tests triangle `place` and returns whether the walk ends.
+    fn walk(&self, s: &Setup, nearest: &mut Nearest, mut leaf: impl FnMut(u32, &mut Nearest) -> bool) -> Tests {
+        let mut tests = Tests { boxes: 0, triangles: 0 };
+        let mut stack = vec![if s.valid { self.tree.root } else { INVALID }];
+        while let Some(node) = stack.pop().filter(|node| *node != INVALID) {
+            if node >= LEAF_BIT {
+                let Child::Leaf { first, count } = self.tree.child(node) else { continue };
+                for place in first..first + count {
+                    tests.triangles += 1;
+                    if leaf(place, nearest) {
+                        return tests;
+                    }
+                }
+                continue;
+            }
+            let n = &self.tree.nodes[node as usize];
+            tests.boxes += 2;
+            match (enter(s, &n.left_bounds, nearest.t), enter(s, &n.right_bounds, nearest.t)) {
+                (Some(left), Some(right)) if right < left => stack.extend([n.left, n.right]),
+                (Some(_), Some(_)) => stack.extend([n.right, n.left]),
+                (Some(_), None) => stack.push(n.left),
+                (None, Some(_)) => stack.push(n.right),
+                (None, None) => {}
+            }
+        }
+        tests
+    }
+
+    /// The nearest hit of `ray`, of equal t that of the lowest index, and what was tested.
+    pub fn closest(&self, ray: &Ray) -> (Hit, Tests) {
+        let s = prepare(ray, self.space);
+        let mut nearest = Nearest { t: s.t_max, triangle: INVALID, uv: [0.0; 2] };
+        let tests = self.walk(&s, &mut nearest, |place, nearest| {
+            let (corners, index) = self.triangle(place);
+            let Some(m) = meet(&s, corners) else { return false };
+            let over = 1.0 / m.det;
+            let t = m.depth * over;
+            if t >= s.t_min && t <= nearest.t && (t != nearest.t || index < nearest.triangle) {
+                *nearest = Nearest { t, triangle: index, uv: m.uv.map(|w| w * over) };
+            }
+            false
+        });
+        if nearest.triangle == INVALID {
+            return (Hit::MISS, tests);
+        }
+        let [u, v] = nearest.uv;
+        (Hit { t: scaled(nearest.t, s.t_exponent), triangle: nearest.triangle, u, v }, tests)
+    }
+
+    /// Whether `ray` hits anything: t is 0 where it does; and what was tested.
+    pub fn any(&self, ray: &Ray) -> (Hit, Tests) {
+        let s = prepare(ray, self.space);
+        let mut occluded = false;
+        let mut nearest = Nearest { t: s.t_max, triangle: INVALID, uv: [0.0; 2] };
+        let tests = self.walk(&s, &mut nearest, |place, _| {
+            occluded |= meet(&s, self.triangle(place).0).is_some_and(|m| {
+                let (depth, det) = if m.det < 0.0 { (-m.depth, -m.det) } else { (m.depth, m.det) };
+                depth >= s.t_min * det && depth <= s.t_max * det
+            });
+            occluded
+        });
+        (if occluded { Hit { t: 0.0, ..Hit::MISS } } else { Hit::MISS }, tests)
+    }
+
+    /// Input indices of all triangles of the tree that own `ray`, whatever its t: no boxes, no order.
+    pub fn owners(&self, ray: &Ray) -> Vec<u32> {
+        let s = prepare(ray, self.space);
+        let count = self.tree.triangles.len() as u32 / TRIANGLE_WORDS;
+        let owns = |place: u32| {
+            let (corners, index) = self.triangle(place);
+            meet(&s, corners).map(|_| index)
+        };
+        if s.valid { (0..count).filter_map(owns).collect() } else { vec![] }
+    }
+}

@@ -1,0 +1,190 @@
+//! Every stage of a build against its twin, bit for bit: sizes × scenes × recipes × kernel shapes.
+
+#![allow(clippy::unwrap_used)]
+
+use crate::gpu::{quiet, quiet_on};
+use crate::soup::{grid, random, scene};
+use boxwood::abi::{PlocRoot, RawNode};
+use boxwood::bvh::{self, Built, Collapse, HostTree, Morton, Recipe, SceneBuffers, Stages};
+use boxwood::device::{Device, Options, Pointers, Shape};
+use boxwood::oracle;
+use boxwood::scene::Scene;
+use bytemuck::{bytes_of, cast_slice};
+use std::sync::{Arc, OnceLock};
+
+/// A recipe with another radius.
+pub fn radius(radius: u32) -> Recipe {
+    Recipe { radius, ..Recipe::default() }
+}
+
+/// A recipe with another largest leaf.
+pub fn max_leaf(max_leaf: u32) -> Recipe {
+    let collapse = Collapse { max_leaf, ..Recipe::default().collapse };
+    Recipe { collapse, ..Recipe::default() }
+}
+
+/// A device on which kernels take addresses instead of bindings.
+pub fn with_addresses() -> &'static Arc<Device> {
+    static DEVICE: OnceLock<Arc<Device>> = OnceLock::new();
+    let options = Options { pointers: Pointers::Addresses, ..Options::from_env() };
+    DEVICE.get_or_init(|| Device::open(&options).unwrap())
+}
+
+/// A device with the kernel shapes of a GPU.
+pub fn gpu_shaped() -> &'static Arc<Device> {
+    static DEVICE: OnceLock<Arc<Device>> = OnceLock::new();
+    let options = Options { shape: Some(Shape::gpu(256)), ..Options::from_env() };
+    DEVICE.get_or_init(|| Device::open(&options).unwrap())
+}
+
+/// The tree of `scene` on `device`.
+pub fn build(device: &Arc<Device>, scene: &Scene, recipe: &Recipe) -> (Built, Stages) {
+    bvh::stages(device, &SceneBuffers::upload(device, scene).unwrap(), recipe).unwrap()
+}
+
+fn first_difference<T: bytemuck::NoUninit + std::fmt::Debug>(what: &str, device: &[T], twin: &[T]) {
+    assert_eq!(device.len(), twin.len(), "{what}: counts differ");
+    if let Some(i) = device.iter().zip(twin).position(|(a, b)| bytes_of(a) != bytes_of(b)) {
+        panic!("{what} {i} differs: device {:?}, twin {:?}", device[i], twin[i]);
+    }
+}
+
+/// Both trees have the same bytes.
+pub fn assert_same_tree(what: &str, a: &HostTree, b: &HostTree) {
+    assert_eq!((a.root, a.leaf_bits), (b.root, b.leaf_bits), "{what}: root, leaf bits");
+    first_difference(&format!("{what}: node"), &a.nodes, &b.nodes);
+    first_difference(&format!("{what}: word of triangles"), &a.triangles, &b.triangles);
+}
+
+/// Builds on `device` and as the twins do, and compares each stage.
+pub fn assert_twin(what: &str, device: &Arc<Device>, scene: &Scene, recipe: &Recipe) -> (Built, oracle::Built) {
+    let what = format!("{what}, {} triangles, {recipe:?}", scene.triangles.len());
+    let (built, stages) = build(device, scene, recipe);
+    let twin = oracle::build(scene, recipe);
+    let (keys, low_keys): (Vec<u32>, Vec<u32>) = match recipe.morton {
+        Morton::Bits63 => {
+            let split = |key: u64| ((key >> 32) as u32, key as u32);
+            oracle::morton::encode_63(scene, &twin.bounds).into_iter().map(split).unzip()
+        }
+        Morton::Auto | Morton::Bits30 => {
+            let keys = oracle::morton::encode_30(scene, &twin.bounds);
+            (keys.into_iter().map(|key| key as u32).collect(), vec![])
+        }
+    };
+    first_difference(&format!("{what}: code"), &stages.keys, &keys);
+    first_difference(&format!("{what}: low word of code"), &stages.low_keys, &low_keys);
+    first_difference(&format!("{what}: rank"), &stages.order, &twin.order);
+    let bvh = &built.bvh;
+    let device_space = (stages.scale, bvh.exponent, bvh.anchor.map(f32::to_bits), bvh.reach);
+    let space = &twin.space;
+    let twin_space = (space.scale, space.exponent, space.anchor.map(f32::to_bits), space.reach);
+    assert_eq!(device_space, twin_space, "{what}: unit space");
+    let none: (Vec<RawNode>, Option<PlocRoot>, Vec<u32>, Vec<u32>) = Default::default();
+    let (nodes, root, packed, leaf_triangles) = twin.raw.as_ref().map_or(none, |(tree, kept)| {
+        (tree.nodes.clone(), Some(tree.root), kept.packed.clone(), kept.leaf_triangles.clone())
+    });
+    first_difference(&format!("{what}: raw node"), &stages.nodes, &nodes);
+    first_difference(&format!("{what}: root"), stages.root.as_slice(), root.as_slice());
+    first_difference(&format!("{what}: packed index"), &stages.packed, &packed);
+    first_difference(&format!("{what}: first triangle"), &stages.leaf_triangles, &leaf_triangles);
+    assert_same_tree(&what, &bvh.read().unwrap(), &twin.tree);
+    assert_eq!(bvh.triangle_count as usize + bvh.left_out as usize, scene.triangles.len(), "{what}");
+    (built, twin)
+}
+
+/// Sizes around those at which something changes: subgroups, workgroups, tiles of both shapes, the tail, powers of 2.
+fn sizes() -> Vec<usize> {
+    let around = |n: usize| [n - 1, n, n + 1];
+    let mut sizes = vec![0, 1, 2, 3];
+    for n in [8, 64, 256, 512, 2048, 4096, 8192, 32768] {
+        sizes.extend(around(n));
+    }
+    sizes.push(70_001);
+    sizes
+}
+
+#[test]
+fn every_size_equals_the_twin() {
+    let device = quiet();
+    for n in sizes() {
+        assert_twin("random", &device, &scene(&random(n, 0.05, n as u64)), &Recipe::default());
+    }
+}
+
+#[test]
+fn equal_codes_equal_the_twin() {
+    let device = quiet();
+    for n in [7, 9, 63, 600, 2049, 5000, 20_000] {
+        for morton in [Morton::Auto, Morton::Bits30, Morton::Bits63] {
+            assert_twin("grid", &device, &scene(&grid(n)), &Recipe { morton, ..Recipe::default() });
+        }
+    }
+}
+
+#[test]
+fn every_radius_equals_the_twin() {
+    let device = quiet();
+    let soups = [("random", scene(&random(4500, 0.1, 1))), ("grid", scene(&grid(4500)))];
+    // Up to 32 in registers, beyond by loads.
+    for r in [1, 2, 3, 5, 16, 32, 33, 64, 128] {
+        for (what, soup) in &soups {
+            assert_twin(what, &device, soup, &radius(r));
+        }
+    }
+}
+
+#[test]
+fn every_leaf_size_equals_the_twin() {
+    let device = quiet();
+    let soups = [scene(&random(3000, 0.4, 2)), scene(&grid(3000)), scene(&random(30, 1.0, 3))];
+    for leaf in [1, 2, 3, 4, 7, 8, 9, 31, 32, 63, 64] {
+        for soup in &soups {
+            assert_twin("leaves", &device, soup, &max_leaf(leaf));
+        }
+    }
+    let costs = |traversal_cost, triangle_cost| Recipe {
+        collapse: Collapse { traversal_cost, triangle_cost, max_leaf: 64 },
+        ..Recipe::default()
+    };
+    for recipe in [costs(1e9, 1.0), costs(1e-9, 1.0), costs(0.7, 1.3)] {
+        for soup in &soups {
+            assert_twin("costs", &device, soup, &recipe);
+        }
+    }
+}
+
+#[test]
+fn shapes_and_pointers_do_not_show() {
+    let soups = [
+        scene(&[]),
+        scene(&random(1, 0.1, 4)),
+        scene(&random(3, 0.1, 4)),
+        scene(&random(513, 0.1, 4)),
+        scene(&grid(2049)),
+        scene(&random(9001, 0.1, 5)),
+        scene(&grid(9001)),
+    ];
+    for (what, other) in [("GPU shapes", gpu_shaped as fn() -> _), ("addresses", with_addresses)] {
+        let device = quiet_on(other);
+        for soup in &soups {
+            assert_twin(what, &device, soup, &Recipe::default());
+        }
+    }
+    // The window in registers and the plain loads, at a radius that has both.
+    let device = quiet_on(gpu_shaped);
+    for r in [2, 16] {
+        assert_twin("loads", &device, &soups[5], &radius(r));
+    }
+}
+
+#[test]
+fn the_same_scene_gives_the_same_bytes() {
+    let device = quiet();
+    let soup = scene(&random(20_000, 0.03, 6));
+    let first = build(&device, &soup, &Recipe::default()).0.bvh.read().unwrap();
+    for _ in 0..4 {
+        let again = build(&device, &soup, &Recipe::default()).0.bvh.read().unwrap();
+        assert_eq!(cast_slice::<_, u8>(&first.nodes), cast_slice::<_, u8>(&again.nodes));
+        assert_eq!(first.hash(), again.hash());
+    }
+}

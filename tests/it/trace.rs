@@ -1,0 +1,417 @@
+//! Hits: device == twin, device == f64 reference, and what must hold whatever the tree.
+
+#![allow(clippy::unwrap_used)]
+
+use crate::gpu::{Quiet, quiet, quiet_on};
+use crate::matrix::{gpu_shaped, max_leaf, radius, with_addresses};
+use crate::soup::{Random, aimed, grid, moved, named, random, random_rays, ray, scene, sphere};
+use boxwood::abi::{Hit, Ray, Tests};
+use boxwood::bvh::{self, Bvh, HostTree, Recipe, SceneBuffers};
+use boxwood::device::{Device, Timing};
+use boxwood::oracle::compare::{self, compare};
+use boxwood::oracle::morton::Space;
+use boxwood::oracle::reference::Reference;
+use boxwood::oracle::trace::Tree;
+use boxwood::scene::Scene;
+use boxwood::trace::{Batch, Options, Precision, Query, trace};
+use std::sync::Arc;
+
+const CLOSEST: Options =
+    Options { query: Query::Closest, precision: Precision::Robust, coherent: false };
+const ANY: Options = Options { query: Query::Any, ..CLOSEST };
+const PACKETS: Options = Options { coherent: true, ..CLOSEST };
+const ANY_PACKETS: Options = Options { coherent: true, ..ANY };
+
+/// A tree on the device and read back.
+struct Traced<'a> {
+    device: &'a Arc<Device>,
+    bvh: Bvh,
+    tree: HostTree,
+    space: Space,
+}
+
+impl<'a> Traced<'a> {
+    fn new(device: &'a Arc<Device>, scene: &Scene, recipe: &Recipe) -> Self {
+        let buffers = SceneBuffers::upload(device, scene).unwrap();
+        let bvh = bvh::build(device, &buffers, recipe, Timing::Off).unwrap().bvh;
+        let Bvh { exponent, anchor, reach, .. } = bvh;
+        let space = Space { exponent, scale: 2f32.powi(exponent), anchor, reach };
+        Self { device, tree: bvh.read().unwrap(), bvh, space }
+    }
+
+    fn twin(&self) -> Tree<'_> {
+        Tree { tree: &self.tree, space: &self.space }
+    }
+
+    fn hits(&self, rays: &[Ray], options: Options) -> Vec<Hit> {
+        let mut batch = Batch::new(self.device, rays.len(), false).unwrap();
+        batch.set(rays).unwrap();
+        trace(self.device, &self.bvh, &batch, options, Timing::Off).unwrap();
+        batch.hits.read().unwrap()
+    }
+
+    fn counted(&self, rays: &[Ray], options: Options) -> (Vec<Hit>, Vec<Tests>) {
+        let mut batch = Batch::new(self.device, rays.len(), true).unwrap();
+        batch.set(rays).unwrap();
+        trace(self.device, &self.bvh, &batch, options, Timing::Off).unwrap();
+        (batch.hits.read().unwrap(), batch.tests.unwrap().read().unwrap())
+    }
+
+    /// All four kernels agree with each other and, in t, triangle, u and v, with the twin. Returns the nearest hits.
+    fn assert_twin(&self, what: &str, rays: &[Ray]) -> Vec<Hit> {
+        let hits = self.hits(rays, CLOSEST);
+        let twin: Vec<Hit> = rays.iter().map(|r| self.twin().closest(r).0).collect();
+        assert_same_hits(&format!("{what}: device and twin"), rays, &hits, &twin);
+        let packets = self.hits(rays, PACKETS);
+        assert_same_hits(&format!("{what}: single rays and packets"), rays, &hits, &packets);
+        for (kernel, options) in [("single", ANY), ("packets", ANY_PACKETS)] {
+            for (i, any) in self.hits(rays, options).iter().enumerate() {
+                let expected = if hits[i].is_hit() { Hit { t: 0.0, ..Hit::MISS } } else { Hit::MISS };
+                assert_eq!(bits(any), bits(&expected), "{what}: any hit, {kernel}, ray {i}: {:?}", rays[i]);
+            }
+        }
+        hits
+    }
+}
+
+fn bits(hit: &Hit) -> [u32; 4] {
+    [hit.t.to_bits(), hit.triangle, hit.u.to_bits(), hit.v.to_bits()]
+}
+
+fn assert_same_hits(what: &str, rays: &[Ray], a: &[Hit], b: &[Hit]) {
+    assert_eq!(a.len(), b.len(), "{what}");
+    let different: Vec<usize> = (0..a.len()).filter(|&i| bits(&a[i]) != bits(&b[i])).collect();
+    if let Some(&i) = different.first() {
+        panic!("{what}: {} of {} rays differ, ray {i} {:?}: {:?} and {:?}", different.len(), a.len(), rays[i], a[i], b[i]);
+    }
+}
+
+fn assert_clean(what: &str, reference: &Reference, rays: &[Ray], hits: &[Hit]) {
+    let verdict = compare(reference, rays, hits, compare::Query::Closest);
+    assert!(verdict.is_clean(), "{what}: {verdict}");
+}
+
+/// Tree, twin and reference over one scene.
+fn check(device: &Quiet<'_>, what: &str, scene: &Scene, rays: &[Ray]) -> Vec<Hit> {
+    let traced = Traced::new(device, scene, &Recipe::default());
+    let hits = traced.assert_twin(what, rays);
+    assert_clean(what, &Reference::new(scene), rays, &hits);
+    hits
+}
+
+/// Rays along each axis, both ways, with either zero, through and beside grid lines.
+fn axis_rays() -> Vec<Ray> {
+    let mut rays = vec![];
+    for axis in 0..3 {
+        for (sign, zero) in [(1.0, 0.0f32), (-1.0, 0.0), (1.0, -0.0), (-1.0, -0.0)] {
+            for i in 0..17 * 17 {
+                let mut origin = [(i % 17) as f32 / 8.0 - 1.0; 3];
+                origin[(axis + 1) % 3] = (i / 17) as f32 / 8.0 - 1.0;
+                origin[axis] = -9.0 * sign;
+                let mut direction = [zero; 3];
+                direction[axis] = sign;
+                rays.push(ray(origin, direction));
+            }
+        }
+    }
+    rays
+}
+
+#[test]
+fn random_rays_hit_as_the_twin_and_the_reference_say() {
+    let device = quiet();
+    for (what, corners) in [
+        ("sparse", random(3000, 0.02, 1)),
+        ("dense", random(1500, 0.5, 2)),
+        ("slivers", moved(&random(1500, 0.3, 3), |p| [p[0], p[1], p[2] * 1e-4])),
+        ("grid", grid(3000)),
+        ("one", random(1, 1.0, 4)),
+        ("two", random(2, 1.0, 4)),
+    ] {
+        let hits = check(&device, what, &scene(&corners), &random_rays(6000, 7));
+        assert!(hits.iter().any(Hit::is_hit), "{what}");
+    }
+}
+
+#[test]
+fn axis_rays_hit_as_the_twin_and_the_reference_say() {
+    let device = quiet();
+    let city = named("city:2000");
+    for (what, scene) in [("grid", scene(&grid(3000))), ("sphere", sphere(12, [0.0; 3], 0.9)), ("city", city)] {
+        let (lo, hi) = (scene.bounds().lo, scene.bounds().hi);
+        // The rays' cube onto the scene's box.
+        let place = |p: [f32; 3]| std::array::from_fn(|k| (p[k] + 1.0) * 0.5 * (hi[k] - lo[k]) + lo[k]);
+        let rays: Vec<Ray> = axis_rays().into_iter().map(|r| Ray { origin: place(r.origin), ..r }).collect();
+        let hits = check(&device, what, &scene, &rays);
+        assert!(hits.iter().filter(|h| h.is_hit()).count() > 300, "{what}");
+    }
+}
+
+#[test]
+fn no_ray_leaks_through_vertices_and_edges() {
+    let device = quiet();
+    let far = [1e4, -2e5, 1e6];
+    for (centre, radius) in [([0.0; 3], 1.0), (far, 1e3), ([0.0; 3], 1e-30), ([0.0; 3], 1e30), ([3.0; 3], 1e-3)] {
+        let scene = sphere(16, centre, radius);
+        let traced = Traced::new(&device, &scene, &Recipe::default());
+        for off in [0.0, 0.3] {
+            let origin =
+                std::array::from_fn(|k| (f64::from(centre[k]) + off * radius * (k as f64 - 1.0)) as f32);
+            let rays = aimed(&scene, origin);
+            let what = format!("sphere of radius {radius:e} at {centre:?} from {origin:?}");
+            let hits = traced.assert_twin(&what, &rays);
+            let missed = hits.iter().filter(|h| !h.is_hit()).count();
+            assert_eq!(missed, 0, "{what}: of {} rays", rays.len());
+            assert_clean(&what, &Reference::new(&scene), &rays, &hits);
+        }
+    }
+}
+
+#[test]
+fn an_edge_or_vertex_has_one_owner() {
+    let device = quiet();
+    // A closed fan around the origin, in a plane and as a cone, seen from above: all triangles share the apex.
+    for (spokes, slope) in [(3, 0.0), (4, 0.0), (7, 0.5), (16, -0.25), (5, 1e-6)] {
+        let rim = |i: usize| {
+            let a = i as f32 / spokes as f32 * std::f32::consts::TAU;
+            if i == spokes { [1.0, 0.0, slope] } else { [a.cos(), a.sin(), slope] }
+        };
+        let corners: Vec<_> = (0..spokes).map(|i| [[0.0; 3], rim(i), rim(i + 1)]).collect();
+        let scene = scene(&corners);
+        let traced = Traced::new(&device, &scene, &Recipe::default());
+        let mut rays = vec![];
+        for origin in [[0.0, 0.0, 4.0], [0.1, -0.2, 3.0], [0.0, -0.0, -5.0], [0.25, 0.125, 2.0]] {
+            let toward = |p: [f32; 3]| ray(origin, std::array::from_fn(|k| p[k] - origin[k]));
+            rays.push(toward([0.0; 3]));
+            for i in 0..spokes {
+                rays.extend([0.25, 0.5, 0.75].map(|s| toward(rim(i).map(|x| x * s))));
+            }
+        }
+        for r in &rays {
+            let owners = traced.twin().owners(r);
+            assert_eq!(owners.len(), 1, "{spokes} spokes, slope {slope}: {r:?} has owners {owners:?}");
+        }
+        let hits = traced.assert_twin("fan", &rays);
+        assert!(hits.iter().all(Hit::is_hit), "{spokes} spokes, slope {slope}");
+    }
+}
+
+#[test]
+fn counts_are_those_of_the_twin() {
+    let device = quiet();
+    for recipe in [max_leaf(1), Recipe::default()] {
+        let soup = scene(&random(2000, 0.15, 8));
+        let traced = Traced::new(&device, &soup, &recipe);
+        let rays = random_rays(2000, 9);
+        for options in [CLOSEST, ANY] {
+            let (hits, tests) = traced.counted(&rays, options);
+            assert_same_hits("counting changes nothing", &rays, &hits, &traced.hits(&rays, options));
+            for (i, r) in rays.iter().enumerate() {
+                let twin =
+                    if options == ANY { traced.twin().any(r).1 } else { traced.twin().closest(r).1 };
+                let counts = |t: &Tests| (t.boxes, t.triangles);
+                assert_eq!(counts(&tests[i]), counts(&twin), "boxes, triangles: {options:?}, ray {i}: {r:?}");
+            }
+        }
+        // A packet tests at least what its rays would alone: each alone tests less or as much.
+        let (_, alone) = traced.counted(&rays, CLOSEST);
+        let (hits, together) = traced.counted(&rays, PACKETS);
+        assert_same_hits("packets counted", &rays, &hits, &traced.hits(&rays, CLOSEST));
+        let boxes = |t: &[Tests]| t.iter().map(|t| u64::from(t.boxes)).sum::<u64>();
+        assert!(boxes(&together) >= boxes(&alone));
+    }
+}
+
+#[test]
+fn t_min_and_t_max_belong_to_the_range() {
+    let device = quiet();
+    // A stack of squares at z = 1, 2, 4, …: t is a power of two, which no rounding moves.
+    let corners: Vec<_> = (0..12)
+        .flat_map(|k| {
+            let z = (1 << k) as f32;
+            let at = |x: f32, y: f32| [x * z, y * z, z];
+            [[at(-1.0, -1.0), at(1.0, -1.0), at(1.0, 1.0)], [at(-1.0, -1.0), at(1.0, 1.0), at(-1.0, 1.0)]]
+        })
+        .collect();
+    let scene = scene(&corners);
+    let mut rays = vec![];
+    let mut expected = vec![];
+    for k in 0..12 {
+        let t = (1 << k) as f32;
+        for (t_min, t_max, hit) in [
+            (t, f32::INFINITY, Some(t)),
+            (t, t, Some(t)),
+            (0.0, t, Some(1.0)),
+            (t.next_up(), 4096.0, (k < 11).then_some(2.0 * t)),
+            (t.next_down(), t, Some(t)),
+            (t.next_up(), (2.0 * t).next_down(), None),
+            (-3.0, -1.0, None),
+            (t, t.next_down(), None),
+            (f32::NEG_INFINITY, f32::INFINITY, Some(1.0)),
+        ] {
+            rays.push(Ray { t_min, t_max, ..ray([0.0; 3], [0.125, 0.25, 1.0]) });
+            expected.push(hit.unwrap_or(f32::INFINITY));
+        }
+    }
+    let hits = check(&device, "ranges", &scene, &rays);
+    for i in 0..rays.len() {
+        assert_eq!(hits[i].t, expected[i], "{:?}", rays[i]);
+    }
+}
+
+#[test]
+fn directions_of_any_length() {
+    let device = quiet();
+    let soup = scene(&random(1500, 0.3, 10));
+    let traced = Traced::new(&device, &soup, &Recipe::default());
+    let reference = Reference::new(&soup);
+    let plain = random_rays(500, 11);
+    let at_unit = traced.assert_twin("unit", &plain);
+    for exponent in [-100, -60, 1, 60, 100, 120] {
+        let factor = 2f32.powi(exponent);
+        let rays: Vec<Ray> =
+            plain.iter().map(|r| Ray { direction: r.direction.map(|x| x * factor), ..*r }).collect();
+        let hits = traced.assert_twin(&format!("directions · 2^{exponent}"), &rays);
+        for i in 0..rays.len() {
+            // A power of two changes t by its inverse and nothing else.
+            let same = (hits[i].triangle, hits[i].u.to_bits(), hits[i].t * factor);
+            assert_eq!(same, (at_unit[i].triangle, at_unit[i].u.to_bits(), at_unit[i].t), "{:?}", rays[i]);
+        }
+    }
+    for factor in [1e-30, 1e30, 1e-37, 3e37] {
+        let rays: Vec<Ray> =
+            plain.iter().map(|r| Ray { direction: r.direction.map(|x| x * factor), ..*r }).collect();
+        assert_clean(&format!("directions · {factor:e}"), &reference, &rays, &traced.assert_twin("long", &rays));
+    }
+    // Denormal ones: t may overflow to a miss in f32, so only whether something is in the way can be compared.
+    let denormal: Vec<Ray> =
+        plain.iter().map(|r| Ray { direction: r.direction.map(|x| x * 1e-41), ..*r }).collect();
+    traced.assert_twin("denormal", &denormal);
+}
+
+#[test]
+fn rays_from_afar() {
+    let device = quiet();
+    let soup = sphere(16, [0.0; 3], 1.0);
+    let mut random = Random(12);
+    let rays: Vec<Ray> = (0..1500)
+        .map(|_| {
+            let (from, to) = (random.point().map(|x| x * 1e7), random.point().map(|x| x * 0.7));
+            ray(from, std::array::from_fn(|k| to[k] - from[k]))
+        })
+        .collect();
+    check(&device, "from 1e7", &soup, &rays);
+}
+
+#[test]
+fn nonsense_rays_miss() {
+    let device = quiet();
+    let scene = scene(&random(500, 0.5, 13));
+    let plain = random_rays(24, 14);
+    let mut rays = vec![];
+    for (i, r) in plain.iter().enumerate() {
+        let mut words: [f32; 8] = bytemuck::cast(*r);
+        words[i % 8] = f32::NAN;
+        rays.push(bytemuck::cast(words));
+    }
+    rays.push(ray([0.0; 3], [0.0, -0.0, 0.0]));
+    for bad in [f32::INFINITY, f32::NEG_INFINITY] {
+        rays.push(ray([0.0, bad, 0.0], [1.0, 0.0, 0.0]));
+        rays.push(ray([0.0; 3], [1.0, bad, 0.0]));
+        rays.push(Ray { t_min: f32::INFINITY, ..plain[0] });
+        rays.push(Ray { t_max: f32::NEG_INFINITY, ..plain[0] });
+    }
+    let hits = check(&device, "nonsense", &scene, &rays);
+    assert!(hits.iter().all(|h| bits(h) == bits(&Hit::MISS)), "{hits:?}");
+}
+
+#[test]
+fn scenes_of_any_size_anywhere() {
+    let device = quiet();
+    let soup = random(800, 0.3, 15);
+    let rays = random_rays(1500, 16);
+    for (scale, shift) in [(1e-30f32, 0.0f32), (1e30, 0.0), (1.0, 1e4), (1.0, 1e6), (1e3, -1e6), (1e-3, 10.0)] {
+        let place = |p: [f32; 3]| p.map(|x| x * scale + shift);
+        let scene = scene(&moved(&soup, place));
+        let rays: Vec<Ray> = rays.iter().map(|r| Ray { origin: place(r.origin), ..*r }).collect();
+        let hits = check(&device, &format!("· {scale:e} + {shift:e}"), &scene, &rays);
+        assert!(hits.iter().filter(|h| h.is_hit()).count() > 100, "· {scale:e} + {shift:e}");
+    }
+}
+
+#[test]
+fn hits_depend_on_neither_tree_nor_order() {
+    let device = quiet();
+    let corners = random(1200, 0.3, 17);
+    let soup = scene(&corners);
+    let rays = random_rays(3000, 18);
+    let hits = Traced::new(&device, &soup, &Recipe::default()).hits(&rays, CLOSEST);
+    for recipe in [max_leaf(1), max_leaf(64), radius(1), radius(16)] {
+        let other = Traced::new(&device, &soup, &recipe).hits(&rays, CLOSEST);
+        assert_same_hits(&format!("{recipe:?}"), &rays, &hits, &other);
+    }
+    // Triangles in another order: the same hits under other numbers.
+    let mut random = Random(19);
+    let mut order: Vec<usize> = (0..corners.len()).collect();
+    for i in (1..order.len()).rev() {
+        order.swap(i, random.below(i + 1));
+    }
+    let shuffled = scene(&order.iter().map(|i| corners[*i]).collect::<Vec<_>>());
+    let mut other = Traced::new(&device, &shuffled, &Recipe::default()).hits(&rays, CLOSEST);
+    for hit in other.iter_mut().filter(|h| h.is_hit()) {
+        hit.triangle = order[hit.triangle as usize] as u32;
+    }
+    assert_same_hits("shuffled", &rays, &hits, &other);
+}
+
+#[test]
+fn ties_go_to_the_lower_index() {
+    let device = quiet();
+    let one = random(40, 0.5, 20);
+    let copies: Vec<_> = (0..5).flat_map(|_| one.clone()).collect();
+    let hits = check(&device, "five copies", &scene(&copies), &random_rays(3000, 21));
+    assert!(hits.iter().filter(|h| h.is_hit()).all(|h| h.triangle < 40));
+}
+
+#[test]
+fn empty_scenes_miss() {
+    let device = quiet();
+    let nan = [[[f32::NAN; 3]; 3]; 3];
+    for (what, scene) in [("no triangle", scene(&[])), ("none that can be hit", scene(&nan))] {
+        let hits = check(&device, what, &scene, &random_rays(100, 22));
+        assert!(hits.iter().all(|h| !h.is_hit()), "{what}");
+    }
+}
+
+#[test]
+fn shapes_and_pointers_do_not_show_in_hits() {
+    let soup = scene(&random(1500, 0.2, 23));
+    let rays = random_rays(2000, 24);
+    let hits = {
+        let device = quiet();
+        Traced::new(&device, &soup, &Recipe::default()).hits(&rays, CLOSEST)
+    };
+    for other in [gpu_shaped as fn() -> _, with_addresses] {
+        let device = quiet_on(other);
+        let traced = Traced::new(&device, &soup, &Recipe::default());
+        assert_same_hits("another device", &rays, &hits, &traced.assert_twin("another device", &rays));
+    }
+}
+
+#[test]
+fn the_fast_test_is_nearly_right() {
+    let device = quiet();
+    let soup = scene(&random(1500, 0.3, 25));
+    let traced = Traced::new(&device, &soup, &Recipe::default());
+    let rays = random_rays(3000, 26);
+    let robust = traced.hits(&rays, CLOSEST);
+    let single = traced.hits(&rays, Options { precision: Precision::Fast, ..CLOSEST });
+    let packets = traced.hits(&rays, Options { precision: Precision::Fast, ..PACKETS });
+    assert_same_hits("single rays and packets", &rays, &single, &packets);
+    let agree = |i: &usize| {
+        let (a, b) = (robust[*i], single[*i]);
+        a.triangle == b.triangle && (a.t == b.t || (a.t - b.t).abs() <= 1e-3 * a.t.abs())
+    };
+    let agreeing = (0..rays.len()).filter(agree).count();
+    assert!(agreeing >= rays.len() - 3, "{agreeing} of {} rays agree", rays.len());
+}
