@@ -40,6 +40,7 @@ fn kernels() -> Result<(), String> {
     let compiler = shaderc::Compiler::new().map_err(|e| format!("shaderc did not start: {e}"))?;
     let prelude = fs::read_to_string("glsl/prelude.glsl").map_err(|e| format!("glsl/prelude.glsl: {e}"))?;
     let mut constants = String::new();
+    let mut all = String::new();
     for (name, path) in sources(Path::new(GLSL))? {
         let args = abi::STRUCTS
             .iter()
@@ -67,7 +68,14 @@ fn kernels() -> Result<(), String> {
             stem.to_uppercase(),
             args.name
         );
+        let constant = stem.to_uppercase();
+        let _ = writeln!(all, "    (\"{name}\", {constant}.bindings, {constant}.addresses),");
     }
+    let _ = writeln!(
+        constants,
+        "/// Every kernel: name, SPIR-V with bindings, SPIR-V with addresses.\n\
+         pub const ALL: &[(&str, &[u8], &[u8])] = &[\n{all}];"
+    );
     for s in abi::STRUCTS.iter().filter(|s| !s.kernel.is_empty()) {
         if !Path::new(GLSL).join(format!("{}.comp", s.kernel)).exists() {
             return Err(format!("src/abi.rs: {} names kernel {}, which glsl/ lacks", s.name, s.kernel));

@@ -1,8 +1,19 @@
 //! Integration tests: one binary, so that one device serves all.
 
+mod adversarial;
+mod collapse;
+mod device;
 mod gpu;
+mod layers;
+mod layout;
 mod matrix;
+mod morton;
 mod oracle;
+mod ploc;
+mod scan;
 mod scene;
+mod shaders;
+mod sort;
 mod soup;
+mod strategies;
 mod trace;
