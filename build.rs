@@ -1,5 +1,5 @@
-//! Compiles every kernel `glsl/<stage>/<verb>.comp` to SPIR-V, twice: with its buffers as storage-buffer bindings and
-//! as device addresses. Writes `kernels.rs` (one constant a kernel) and refuses a kernel whose member offsets differ
+//! Compiles every kernel `glsl/<stage>/<verb>.comp` to SPIR-V, four times: with its buffers as storage-buffer bindings
+//! and as device addresses, each with and without 64-bit loads. Writes `kernels.rs` (one constant a kernel) and refuses a kernel whose member offsets differ
 //! from the host's. Also puts the commit into `BOXWOOD_COMMIT`.
 
 use std::collections::BTreeMap;
@@ -12,6 +12,13 @@ use std::{env, fs, process};
 mod abi;
 
 const GLSL: &str = "glsl";
+/// Name, buffers as addresses, 64-bit loads: in the order of `Kernel::spirv`.
+const MODES: [(&str, bool, bool); 4] = [
+    ("bindings", false, false),
+    ("bindings64", false, true),
+    ("addresses", true, false),
+    ("addresses64", true, true),
+];
 
 fn main() {
     println!("cargo:rerun-if-changed={GLSL}");
@@ -47,10 +54,10 @@ fn kernels() -> Result<(), String> {
             .ok_or_else(|| format!("{}: src/abi.rs has no struct `@kernel \"{name}\"`", path.display()))?;
         let text = fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
         let stem = name.replace('/', "_");
-        for (mode, addresses) in [("bindings", false), ("addresses", true)] {
+        for (mode, addresses, wide) in MODES {
             let source = format!(
                 "#version 460\n{}{prelude}\n{}{}#line 1\n{text}",
-                if addresses { "#define ADDRESSES\n" } else { "" },
+                if wide { "#define INT64\n" } else { "" },
                 elements(addresses),
                 arguments(args, addresses)
             );
@@ -61,11 +68,10 @@ fn kernels() -> Result<(), String> {
         }
         let _ = writeln!(
             constants,
-            "/// `glsl/{name}.comp`\npub const {}: Kernel<abi::{}> = Kernel::new(\"{name}\", \
-             include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{stem}.bindings.spv\")), \
-             include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{stem}.addresses.spv\")));",
+            "/// `glsl/{name}.comp`\npub const {}: Kernel<abi::{}> = Kernel::new(\"{name}\", [{}]);",
             stem.to_uppercase(),
-            args.name
+            args.name,
+            MODES.map(|m| format!("include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{stem}.{}.spv\"))", m.0)).join(", ")
         );
     }
     for s in abi::STRUCTS.iter().filter(|s| !s.kernel.is_empty()) {
@@ -128,6 +134,7 @@ fn glsl_type(rust: &str) -> Type {
             "[u32;2]" => "uvec2",
             "[u32;3]" => "uvec3",
             "[u32;4]" => "uvec4",
+            "Pair" => "PAIR",
             other => other,
         }
         .to_owned()
@@ -136,7 +143,9 @@ fn glsl_type(rust: &str) -> Type {
         [("Ptr<", "readonly restrict"), ("PtrMut<", "restrict"), ("PtrShared<", "coherent restrict")]
     {
         if let Some(element) = t.strip_prefix(prefix) {
-            return Type::Pointer { element: plain(element.trim_end_matches('>')), qualifier };
+            let element = element.trim_end_matches('>');
+            let element = if abi::PAIRS.contains(&element) { "PAIR".to_owned() } else { plain(element) };
+            return Type::Pointer { element, qualifier };
         }
     }
     Type::Plain(plain(&t))
@@ -150,8 +159,59 @@ fn elements(addresses: bool) -> String {
     }
     for s in abi::STRUCTS.iter().filter(|s| s.kernel.is_empty()) {
         out += &structure(s, addresses);
+        if abi::PAIRS.contains(&s.name) {
+            out += &pairs(s);
+        }
     }
     out
+}
+
+/// `LOAD_S(buffer, i)` and `STORE_S(buffer, i, value)` for a struct that buffers hold as pairs of words.
+fn pairs(s: &abi::Struct) -> String {
+    let mut words = vec![];
+    flatten(s, "s", &mut words);
+    let n = words.len() / 2;
+    let name = s.name;
+    let list = |f: &dyn Fn(usize) -> String| (0..n).map(f).collect::<Vec<_>>().join(", ");
+    let mut out = format!("{name} {name}_of({}) {{\n    {name} s;\n", list(&|i| format!("PAIR p{i}")));
+    for i in 0..n {
+        let _ = writeln!(out, "    uvec2 w{i} = words_of(p{i});");
+    }
+    for (i, (word, float)) in words.iter().enumerate() {
+        let from = format!("w{}.{}", i / 2, ["x", "y"][i % 2]);
+        let _ = writeln!(out, "    {word} = {};", if *float { format!("uintBitsToFloat({from})") } else { from });
+    }
+    let _ = writeln!(out, "    return s;\n}}");
+    let word = |i: usize| {
+        let (word, float) = &words[i];
+        if *float { format!("floatBitsToUint({word})") } else { word.clone() }
+    };
+    for i in 0..n {
+        let (x, y) = (word(2 * i), word(2 * i + 1));
+        let _ = writeln!(out, "PAIR {name}_pair{i}({name} s) {{ return pair_of(uvec2({x}, {y})); }}");
+    }
+    let at = |i: usize| format!("P(b).at[{n}u * (i) + {i}u]");
+    let _ = writeln!(out, "#define LOAD_{name}(b, i) {name}_of({})", list(&at));
+    let stores: Vec<String> = (0..n).map(|i| format!("{} = {name}_pair{i}(v);", at(i))).collect();
+    let _ = writeln!(out, "#define STORE_{name}(b, i, v) {{ {} }}", stores.join(" "));
+    out
+}
+
+/// The words of a struct as (GLSL lvalue, is a float).
+fn flatten(s: &abi::Struct, path: &str, words: &mut Vec<(String, bool)>) {
+    for m in s.members {
+        let t: String = m.ty.chars().filter(|c| !c.is_whitespace()).collect();
+        let path = format!("{path}.{}", m.name);
+        if let Some(inner) = abi::STRUCTS.iter().find(|s| s.name == t) {
+            flatten(inner, &path, words);
+            continue;
+        }
+        let float = t.contains("f32");
+        match t.strip_prefix('[').and_then(|t| t.trim_end_matches(']').split(';').nth(1)?.parse::<usize>().ok()) {
+            Some(n) => words.extend((0..n).map(|k| (format!("{path}.{}", ["x", "y", "z", "w"][k]), float))),
+            None => words.push((path, float)),
+        }
+    }
 }
 
 fn structure(s: &abi::Struct, addresses: bool) -> String {
@@ -176,7 +236,8 @@ fn arguments(s: &abi::Struct, addresses: bool) -> String {
         let _ = if addresses {
             writeln!(
                 out,
-                "layout(buffer_reference, scalar, buffer_reference_align = 4) {qualifier} buffer Buffer_{} {{ {element} at[]; }};",
+                "layout(buffer_reference, scalar, buffer_reference_align = {}) {qualifier} buffer Buffer_{} {{ {element} at[]; }};",
+                if element == "PAIR" { 8 } else { 4 },
                 m.name
             )
         } else {

@@ -5,7 +5,7 @@
 layout(constant_id = SPEC_ITEMS) const uint ITEMS = 1;
 
 uint pack_child(uint child, inout uint to) {
-    bool inner = child < LEAF_BIT && (P(raw).at[child].count & COLLAPSED_BIT) == 0;
+    bool inner = child < LEAF_BIT && (COUNT(child) & COLLAPSED_BIT) == 0;
     if (inner) return P(packed).at[child];
     uint count = pack_leaf(child, to);
     to += count;
@@ -18,10 +18,11 @@ void main() {
     for (uint i = begin; i < end; ++i) {
         uint index = P(packed).at[i];
         if (index == INVALID) continue;
-        RawNode node = P(raw).at[i];
+        RawNode node = LOAD_RawNode(raw, i);
         uint to = P(leaf_triangles).at[i];
         uint left = pack_child(node.left, to);
         uint right = pack_child(node.right, to);
-        P(nodes).at[index] = Node(node.left_bounds, node.right_bounds, left, right, uvec2(0));
+        Node packed = Node(node.left_bounds, node.right_bounds, left, right, uvec2(0));
+        STORE_Node(nodes, index, packed)
     }
 }

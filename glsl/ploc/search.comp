@@ -17,12 +17,12 @@ void main() {
     uint least[RADIUS];
     [[unroll]] for (uint k = 0; k < RADIUS; ++k) {
         window[k] = FAR;
-        if (begin > k) window[k] = P(bounds).at[from + begin - 1 - k];
+        if (begin > k) window[k] = LOAD_Aabb(bounds, from + begin - 1 - k);
         least[k] = INVALID;
     }
     for (uint j = begin; j < end + RADIUS; ++j) {
         Aabb box = FAR;
-        if (j < count) box = P(bounds).at[from + j];
+        if (j < count) box = LOAD_Aabb(bounds, from + j);
         uint mine = INVALID;
         [[unroll]] for (uint k = 0; k < RADIUS; ++k) {
             uint key = pair_key(window[k], box, j - 1 - k, k + 1);

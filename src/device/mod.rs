@@ -45,6 +45,8 @@ pub struct Options {
     pub validation: bool,
     /// How kernels reach buffers.
     pub pointers: Pointers,
+    /// Never load two words at a time, even where the device has 64-bit integers: for tests.
+    pub narrow_loads: bool,
 }
 
 impl Options {
@@ -70,6 +72,8 @@ pub struct Device {
     info: DeviceInfo,
     shape: Shape,
     pointers: Pointers,
+    /// Whether kernels load two words at a time.
+    wide_loads: bool,
     raw: ash::Device,
     labels: Option<ash::ext::debug_utils::Device>,
     physical: vk::PhysicalDevice,
@@ -209,6 +213,8 @@ impl Device {
             tracing::warn!("{}: {warning}", info.name);
         }
 
+        let wide_loads = info.has_int64 && !options.narrow_loads;
+        let core = vk::PhysicalDeviceFeatures::default().shader_int64(wide_loads);
         let mut v12 = vk::PhysicalDeviceVulkan12Features::default()
             .buffer_device_address(true)
             .scalar_block_layout(true);
@@ -222,6 +228,7 @@ impl Device {
         let create = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
             .enabled_extension_names(&extensions)
+            .enabled_features(&core)
             .push_next(&mut v12);
         // SAFETY: the features and extensions asked for were found present by `inspect`.
         let raw = unsafe { instance.raw.create_device(physical, &create, None) }.context("vkCreateDevice")?;
@@ -241,6 +248,7 @@ impl Device {
             shape: Shape::of(&info),
             info,
             pointers: options.pointers,
+            wide_loads,
             raw,
             labels,
             physical,

@@ -66,7 +66,7 @@ impl Device {
         // SAFETY: the set layout was just made.
         let layout = unsafe { self.raw.create_pipeline_layout(&info, None) }.context(kernel.name)?;
 
-        let bytes = if addresses { kernel.addresses } else { kernel.bindings };
+        let bytes = kernel.spirv[2 * usize::from(addresses) + usize::from(self.wide_loads)];
         let words: Vec<u32> = bytemuck::pod_collect_to_vec(bytes);
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
         // SAFETY: SPIR-V that shaderc made and the build checked.

@@ -55,6 +55,8 @@ pub struct DeviceInfo {
     pub(super) max_bindings: u32,
     #[serde(skip)]
     pub(super) has_memory_budget: bool,
+    #[serde(skip)]
+    pub(super) has_int64: bool,
 }
 
 impl DeviceInfo {
@@ -117,7 +119,7 @@ pub(super) fn inspect(instance: &ash::Instance, physical: vk::PhysicalDevice, in
         feature("subgroup basic, vote, arithmetic, ballot", required, ops(S::BASIC | S::VOTE | S::ARITHMETIC | S::BALLOT), "reductions, packets"),
         feature("timestamps", optional, p.limits.timestamp_period > 0.0, "times by kernel; else wall time"),
         feature("VK_EXT_memory_budget", optional, has(vk::EXT_MEMORY_BUDGET_NAME), "free memory, before a build"),
-        feature("shaderInt64", optional, f.shader_int64 != 0, "not used yet"),
+        feature("shaderInt64", optional, f.shader_int64 != 0, "loads of two words at a time: half the cost on lavapipe"),
         feature("shaderFloat64", optional, f.shader_float64 != 0, "not used: exact signs use integers"),
         feature("VK_KHR_ray_query", optional, has(vk::KHR_RAY_QUERY_NAME), "not used yet: comparison with the device's own"),
         feature("VK_EXT_subgroup_size_control", optional, has(vk::EXT_SUBGROUP_SIZE_CONTROL_NAME), "not used: results hold for any size"),
@@ -188,6 +190,7 @@ pub(super) fn inspect(instance: &ash::Instance, physical: vk::PhysicalDevice, in
         queue_family: family as u32,
         max_bindings: p.limits.max_per_stage_descriptor_storage_buffers,
         has_memory_budget,
+        has_int64: f.shader_int64 != 0,
     }
 }
 
