@@ -94,18 +94,23 @@ fn obj_as_people_write_it() {
 }
 
 #[test]
-fn obj_as_tobj_reads_it() {
-    let text = "v 0.1 1e-3 7\nv 1 0 0\nv 1 1.5 0\nv 0.3 1 -2\nv 5 5 5\nf 1 2 3 4\no b\nf 5 4 3\nf -1 -2 -4\n";
-    let options = tobj::LoadOptions { triangulate: true, ..Default::default() };
-    let (models, _) =
-        tobj::load_obj_buf(&mut text.as_bytes(), &options, |_| Err(tobj::LoadError::OpenFileFailed)).unwrap();
-    let theirs: Vec<[f32; 3]> = models
-        .iter()
-        .flat_map(|m| m.mesh.indices.iter().map(|&i| [0, 1, 2].map(|k| m.mesh.positions[3 * i as usize + k])))
-        .collect();
-    let s = read("obj", text.as_bytes()).unwrap();
-    let ours: Vec<[f32; 3]> = (0..s.triangles.len()).flat_map(|i| s.corners(i)).collect();
-    assert_eq!(ours, theirs);
+fn obj_corners_come_in_the_order_of_the_faces() {
+    let vertices = [[0.1, 1e-3, 7.0], [1.0, 0.0, 0.0], [1.0, 1.5, 0.0], [0.3, 1.0, -2.0], [5.0, 5.0, 5.0f32]];
+    let text: String = vertices.iter().map(|[x, y, z]| format!("v {x} {y} {z} 2\n")).collect();
+    let s = read("obj", (text + "vt 0\nf 1/1 2 3 4\no b\nf 5 4 3\nl 1 2 3\ng \nf -1 -2 -4\nf\n").as_bytes())
+        .unwrap();
+    let corners: Vec<_> = (0..s.triangles.len()).map(|i| s.corners(i)).collect();
+    let faces = [[0, 1, 2], [0, 2, 3], [4, 3, 2], [4, 3, 1]];
+    assert_eq!(corners, faces.map(|f| f.map(|v: usize| vertices[v])));
+    assert_eq!(s.positions.len(), 5, "a vertex was split");
+}
+
+#[test]
+fn obj_of_any_bytes_in_names_and_comments() {
+    let latin = b"# caf\xe9\nmtllib \xe9\nusemtl\nv 0 0 0 1 1\nv 1 0 0 # \xe9\nv 0 1 0\ng \xe9\nf 1 2 3\n";
+    assert_eq!(read("obj", latin).unwrap().triangles, [[0, 1, 2]]);
+    refused("obj", b"v 0 0 0\nv 0 0 \xe9\n", &["line 2", "not a number"]);
+    refused("obj", b"v 0 0 0\nf 1 1 1/1/1/1\n", &["line 2", "not a vertex index"]);
 }
 
 #[test]

@@ -49,7 +49,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8], progress: Progress) -> Result<Sce
     }
     let warnings = rest.warning("bytes too many after the last element: is the header's format right?");
     let warnings = warnings.map(|w| super::Warning { count: cursor.remaining() as u64, ..w });
-    faces.finish(path, positions, 0, warnings.into_iter().collect())
+    faces.finish(path, positions, warnings.into_iter().collect())
 }
 
 fn vertices(
