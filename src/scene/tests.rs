@@ -1,5 +1,3 @@
-//! Files, sound and damaged, through the front door.
-
 #![allow(clippy::unwrap_used)]
 
 use std::fs;
@@ -36,12 +34,12 @@ fn ply(format: &str) -> Vec<u8> {
     let big = format.contains("big");
     let mut put = |little: &[u8], text: String| {
         if format == "ascii" {
-            out.extend_from_slice(format!("{text} \n").as_bytes());
+            out.extend_from_slice(format!("{text} ").as_bytes());
         } else {
             out.extend(little.iter().rev().filter(|_| big).chain(little.iter().filter(|_| !big)));
         }
     };
-    put(&[9], "9".into());
+    put(&[9], "9\n".into());
     for (i, [x, y, z]) in CUBE_CORNERS.into_iter().enumerate() {
         put(&f64::from(z).to_le_bytes(), z.to_string());
         put(&[i as u8], i.to_string());
@@ -50,7 +48,7 @@ fn ply(format: &str) -> Vec<u8> {
         }
         put(&x.to_le_bytes(), x.to_string());
         put(&[200], "200".into());
-        put(&y.to_le_bytes(), y.to_string());
+        put(&y.to_le_bytes(), format!("{y}\r\n"));
     }
     for face in [&[0, 1, 2, 3][..], &[1, 2]] {
         put(&[1], "1".into());
@@ -59,6 +57,7 @@ fn ply(format: &str) -> Vec<u8> {
             let v: i32 = v;
             put(&v.to_le_bytes(), v.to_string());
         }
+        put(&[], "\n".into());
     }
     out
 }
@@ -163,8 +162,25 @@ fn bad_ply_is_refused_with_its_place() {
     refused("ply", b"ply\nformat ascii 1.0\nelement vertex", &["line 3", "ends inside the header"]);
     refused("ply", b"ply\nformat asci 1.0\n", &["line 2", "asci"]);
     refused("ply", b"ply\nelement vertex -1\n", &["line 2", "-1"]);
-    refused("ply", b"ply\nproperty float x\n", &["line 2", "before any element"]);
+    refused("ply", b"ply\nproperty float x\n", &["line 2", "without preceding element"]);
     refused("ply", b"ply\nend_header\n", &["line 2", "format"]);
+    for twice in ["element vertex 1", "element face 1", "property float y"] {
+        let header = head(1, 1, "ascii").replace("element face", &format!("{twice}\nelement face"));
+        refused("ply", header.as_bytes(), &["header", "twice"]);
+    }
+    let signed = head(1, 1, "binary_little_endian").replace("uchar uint", "uchar char");
+    refused(
+        "ply",
+        &body(&signed, &[[0; 12].as_slice(), &[3, 0, 0, 0xff]].concat()),
+        &["face 0 (byte", "negative"],
+    );
+    let wide = head(0, 1, "binary_big_endian").replace("uchar uint", "int uint");
+    refused("ply", &body(&wide, &[0xff, 0xff, 0xff, 0xfe]), &["face 0 (byte", "negative"]);
+    refused("ply", &body(&wide, &[0x7f, 0xff, 0xff, 0xff, 0, 0]), &["face 0 (byte", "ends"]);
+    // The library would read elements of no property for ever.
+    let hollow = head(0, 0, "binary_little_endian")
+        .replace("end_header", &format!("element e {}\nend_header", u64::MAX));
+    refused("ply", hollow.as_bytes(), &["no triangle"]);
     for format in PLY_FORMATS {
         for absurd in [1 << 20, u64::MAX / 12, u64::MAX] {
             refused("ply", head(absurd, 1, format).as_bytes(), &["promises", "vertex"]);
@@ -178,16 +194,16 @@ fn bad_ply_is_refused_with_its_place() {
         &["face 0 (line 11)", "vertex 1, and there are 1"],
     );
     refused("ply", &body(&head(1, 1, "ascii"), b"0 0 zero\n3 0 0 0\n"), &["vertex 0 (line 10)", "zero"]);
-    refused("ply", &body(&head(1, 1, "ascii"), b"0 0 0\n3 0 0\n"), &["face 0", "list of 3"]);
+    refused("ply", &body(&head(1, 1, "ascii"), b"0 0 0\n3 0 0\n"), &["face 0 (line 11)", "3 list elements"]);
     refused(
         "ply",
         &body(&head(1, 1, "ascii"), b"0 0 0\n4000000000 0 0\n"),
-        &["face 0", "list of 4000000000"],
+        &["face 0", "4000000000 list elements"],
     );
     refused(
         "ply",
         &body(&head(1, 1, "ascii"), b"0 0 0\n3 0 -1 0\n"),
-        &["face 0", "-1 is not a vertex index"],
+        &["face 0", "3 0 -1 0", "InvalidDigit"],
     );
     refused("ply", &body(&head(1, 1, "ascii"), b"0 0 0\n2 0 0\n"), &["no triangle", "fewer than 3"]);
     let cloud = format!("ply\nformat ascii 1.0\nelement vertex 1\n{xyz}end_header\n0 0 0\n");
