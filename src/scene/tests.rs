@@ -1,4 +1,4 @@
-#![allow(clippy::unwrap_used)]
+//! Files, sound and damaged, through the front door.
 
 use std::fs;
 use std::path::PathBuf;
