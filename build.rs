@@ -1,5 +1,5 @@
-//! Compiles every kernel `glsl/<stage>/<verb>.comp` to SPIR-V, four times: with its buffers as storage-buffer bindings
-//! and as device addresses, each with and without 64-bit loads. Writes `kernels.rs` (one constant a kernel) and refuses a kernel whose member offsets differ
+//! Compiles every kernel `glsl/<stage>/<verb>.comp` to SPIR-V, twice: with and without 64-bit loads. Buffers are device
+//! addresses. Writes `kernels.rs` (one constant a kernel) and refuses a kernel whose member offsets differ
 //! from the host's. Also puts the commit into `BOXWOOD_COMMIT`.
 
 use std::collections::BTreeMap;
@@ -12,13 +12,8 @@ use std::{env, fs, process};
 mod abi;
 
 const GLSL: &str = "glsl";
-/// Name, buffers as addresses, 64-bit loads: in the order of `Kernel::spirv`.
-const MODES: [(&str, bool, bool); 4] = [
-    ("bindings", false, false),
-    ("bindings64", false, true),
-    ("addresses", true, false),
-    ("addresses64", true, true),
-];
+/// Name, 64-bit loads: in the order of `Kernel::spirv`.
+const MODES: [(&str, bool); 2] = [("words", false), ("pairs", true)];
 
 fn main() {
     println!("cargo:rerun-if-changed={GLSL}");
@@ -54,15 +49,15 @@ fn kernels() -> Result<(), String> {
             .ok_or_else(|| format!("{}: src/abi.rs has no struct `@kernel \"{name}\"`", path.display()))?;
         let text = fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
         let stem = name.replace('/', "_");
-        for (mode, addresses, wide) in MODES {
+        for (mode, wide) in MODES {
             let source = format!(
                 "#version 460\n{}{prelude}\n{}{}#line 1\n{text}",
                 if wide { "#define INT64\n" } else { "" },
-                elements(addresses),
-                arguments(args, addresses)
+                elements(),
+                arguments(args)
             );
             let spirv = compile(&compiler, &source, &path)?;
-            check_offsets(spirv.as_binary(), &name, addresses)?;
+            check_offsets(spirv.as_binary(), &name, mode)?;
             let file = out_dir.join(format!("{stem}.{mode}.spv"));
             fs::write(&file, spirv.as_binary_u8()).map_err(|e| format!("{}: {e}", file.display()))?;
         }
@@ -152,13 +147,13 @@ fn glsl_type(rust: &str) -> Type {
 }
 
 /// Constants and element structs.
-fn elements(addresses: bool) -> String {
+fn elements() -> String {
     let mut out = String::new();
     for (name, value) in abi::CONSTANTS {
         let _ = writeln!(out, "#define {name} {value}u");
     }
     for s in abi::STRUCTS.iter().filter(|s| s.kernel.is_empty()) {
-        out += &structure(s, addresses);
+        out += &structure(s);
         if abi::PAIRS.contains(&s.name) {
             out += &pairs(s);
         }
@@ -214,13 +209,12 @@ fn flatten(s: &abi::Struct, path: &str, words: &mut Vec<(String, bool)>) {
     }
 }
 
-fn structure(s: &abi::Struct, addresses: bool) -> String {
+fn structure(s: &abi::Struct) -> String {
     let mut out = format!("struct {} {{\n", s.name);
     for m in s.members {
         let ty = match glsl_type(m.ty) {
             Type::Plain(t) => t,
-            Type::Pointer { .. } if addresses => format!("Buffer_{}", m.name),
-            Type::Pointer { .. } => "uvec2".into(),
+            Type::Pointer { .. } => format!("Buffer_{}", m.name),
         };
         let _ = writeln!(out, "    {ty} {};", m.name);
     }
@@ -228,34 +222,24 @@ fn structure(s: &abi::Struct, addresses: bool) -> String {
 }
 
 /// One kernel's push constants and the buffers that they point to.
-fn arguments(s: &abi::Struct, addresses: bool) -> String {
+fn arguments(s: &abi::Struct) -> String {
     let mut out = String::new();
-    let mut binding = 0;
     for m in s.members {
         let Type::Pointer { element, qualifier } = glsl_type(m.ty) else { continue };
-        let _ = if addresses {
-            writeln!(
-                out,
-                "layout(buffer_reference, scalar, buffer_reference_align = {}) {qualifier} buffer Buffer_{} {{ {element} at[]; }};",
-                if element == "PAIR" { 8 } else { 4 },
-                m.name
-            )
-        } else {
-            writeln!(
-                out,
-                "layout(set = 0, binding = {binding}, scalar) {qualifier} buffer Buffer_{} {{ {element} at[]; }} b_{};",
-                m.name, m.name
-            )
-        };
-        binding += 1;
+        let _ = writeln!(
+            out,
+            "layout(buffer_reference, scalar, buffer_reference_align = {}) {qualifier} buffer Buffer_{} {{ {element} at[]; }};",
+            if element == "PAIR" { 8 } else { 4 },
+            m.name
+        );
     }
-    out += &structure(s, addresses);
+    out += &structure(s);
     let _ = writeln!(out, "layout(push_constant, scalar) uniform Push {{ {} args; }};", s.name);
-    out + if addresses { "#define P(x) args.x\n" } else { "#define P(x) b_##x\n" }
+    out + "#define P(x) args.x\n"
 }
 
 /// Compares every member offset of every shared struct in a module with the host's.
-fn check_offsets(words: &[u32], kernel: &str, addresses: bool) -> Result<(), String> {
+fn check_offsets(words: &[u32], kernel: &str, mode: &str) -> Result<(), String> {
     const OP_NAME: u32 = 5;
     const OP_MEMBER_NAME: u32 = 6;
     const OP_MEMBER_DECORATE: u32 = 72;
@@ -277,7 +261,6 @@ fn check_offsets(words: &[u32], kernel: &str, addresses: bool) -> Result<(), Str
         }
         at += len.max(1);
     }
-    let mode = if addresses { "addresses" } else { "bindings" };
     for ((id, index), offset) in &offsets {
         let (Some(name), Some(member)) = (names.get(id), members.get(&(*id, *index))) else { continue };
         let Some(host) = abi::STRUCTS.iter().find(|s| s.name == name) else { continue };

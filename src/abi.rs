@@ -60,13 +60,6 @@ pub struct Member {
     pub offset: usize,
 }
 
-impl Member {
-    /// Whether this is a [`Ptr`], [`PtrMut`] or [`PtrShared`].
-    pub fn is_pointer(&self) -> bool {
-        self.ty.starts_with("Ptr")
-    }
-}
-
 /// A shared struct.
 #[derive(Debug, Clone, Copy)]
 pub struct Struct {
@@ -546,28 +539,41 @@ abi! {
         leaf_triangles: PtrMut<u32>,
         /// Packed index of each kept node.
         packed: PtrMut<u32>,
+        /// The kept nodes, in order.
+        kept: PtrMut<u32>,
         /// Raw nodes.
         count: u32,
         /// Workgroups.
         groups: u32,
     }
-    @kernel "layout/pack"
-    struct LayoutPackArgs {
+    @kernel "layout/nodes"
+    struct LayoutNodesArgs {
         /// The tree.
         raw: Ptr<RawNode>,
-        /// Packed index of each kept node; [`INVALID`] elsewhere.
+        /// The kept nodes, in order.
+        kept: Ptr<u32>,
+        /// Packed index of each kept node.
         packed: Ptr<u32>,
         /// First triangle of the leaves below each kept node.
         leaf_triangles: Ptr<u32>,
-        /// Corners, nine floats a triangle.
-        source: Ptr<Pair>,
         /// Triangles in Morton order.
         order: Ptr<u32>,
         /// The packed tree.
         nodes: PtrMut<Node>,
-        /// Its triangles.
+        /// Triangles in leaf order: input indices.
+        sequence: PtrMut<u32>,
+        /// Kept nodes.
+        count: u32,
+    }
+    @kernel "layout/triangles"
+    struct LayoutTrianglesArgs {
+        /// Corners, nine floats a triangle.
+        source: Ptr<Pair>,
+        /// Triangles in leaf order: input indices.
+        sequence: Ptr<u32>,
+        /// The tree's triangles.
         triangles: PtrMut<PackedTriangle>,
-        /// Raw nodes.
+        /// Triangles.
         count: u32,
         /// Unit space is scene · `scale` − anchor.
         scale: f32,
@@ -578,18 +584,12 @@ abi! {
         raw: Ptr<RawNode>,
         /// From `ploc/tail`.
         root: Ptr<PlocRoot>,
-        /// Corners, nine floats a triangle.
-        source: Ptr<Pair>,
         /// Triangles in Morton order.
         order: Ptr<u32>,
         /// The packed tree: one node.
         nodes: PtrMut<Node>,
-        /// Its triangles.
-        triangles: PtrMut<PackedTriangle>,
-        /// Triangles: at most [`MAX_LEAF`].
-        count: u32,
-        /// Unit space is scene · `scale` − anchor.
-        scale: f32,
+        /// Triangles in leaf order: input indices.
+        sequence: PtrMut<u32>,
     }
     @kernel "trace/single"
     struct TraceSingleArgs {

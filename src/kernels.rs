@@ -8,14 +8,13 @@ use core::marker::PhantomData;
 pub struct Kernel<A> {
     /// `stage/verb`: its file, its label, its row in a report, its name in an error.
     pub name: &'static str,
-    /// SPIR-V with buffers as bindings, the same with 64-bit loads, with buffers as addresses, the same with 64-bit
-    /// loads.
-    pub spirv: [&'static [u8]; 4],
+    /// SPIR-V without and with 64-bit loads.
+    pub spirv: [&'static [u8]; 2],
     args: PhantomData<fn(A)>,
 }
 
 impl<A> Kernel<A> {
-    const fn new(name: &'static str, spirv: [&'static [u8]; 4]) -> Self {
+    const fn new(name: &'static str, spirv: [&'static [u8]; 2]) -> Self {
         Self { name, spirv, args: PhantomData }
     }
 }

@@ -1,4 +1,4 @@
-// One invocation: the packed tree of a scene that is a single leaf. Reads raw, root, source, order.
+// One invocation: the packed tree of a scene that is a single leaf. Reads raw, root, order.
 #include "lib/pack.glsl"
 
 void main() {

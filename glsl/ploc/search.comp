@@ -31,9 +31,10 @@ void main() {
         }
         // Cluster j − RADIUS has met all its neighbours.
         if (j >= begin + RADIUS) P(nearest).at[j - RADIUS] = least[RADIUS - 1];
-        [[unroll]] for (uint k = RADIUS - 1; k > 0; --k) {
-            window[k] = window[k - 1];
-            least[k] = least[k - 1];
+        // Rising, for a falling loop would not be unrolled by lavapipe, and the window would leave the registers.
+        [[unroll]] for (uint k = 1; k < RADIUS; ++k) {
+            window[RADIUS - k] = window[RADIUS - k - 1];
+            least[RADIUS - k] = least[RADIUS - k - 1];
         }
         window[0] = box;
         least[0] = mine;

@@ -52,8 +52,6 @@ pub struct DeviceInfo {
     #[serde(skip)]
     pub(super) queue_family: u32,
     #[serde(skip)]
-    pub(super) max_bindings: u32,
-    #[serde(skip)]
     pub(super) has_memory_budget: bool,
     #[serde(skip)]
     pub(super) has_int64: bool,
@@ -114,7 +112,7 @@ pub(super) fn inspect(instance: &ash::Instance, physical: vk::PhysicalDevice, in
     let (required, optional) = (true, false);
     let table = vec![
         feature("Vulkan 1.2", required, recent, "the version the kernels are compiled for"),
-        feature("bufferDeviceAddress", required, v12.buffer_device_address != 0, "buffers larger than a binding"),
+        feature("bufferDeviceAddress", required, v12.buffer_device_address != 0, "how kernels reach buffers of any size"),
         feature("scalarBlockLayout", required, v12.scalar_block_layout != 0, "structs laid out as on the host"),
         feature("subgroup basic, vote, arithmetic, ballot", required, ops(S::BASIC | S::VOTE | S::ARITHMETIC | S::BALLOT), "reductions, packets"),
         feature("timestamps", optional, p.limits.timestamp_period > 0.0, "times by kernel; else wall time"),
@@ -188,7 +186,6 @@ pub(super) fn inspect(instance: &ash::Instance, physical: vk::PhysicalDevice, in
         refused,
         warning,
         queue_family: family as u32,
-        max_bindings: p.limits.max_per_stage_descriptor_storage_buffers,
         has_memory_budget,
         has_int64: f.shader_int64 != 0,
     }
