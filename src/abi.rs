@@ -641,6 +641,87 @@ abi! {
         /// Threads that a software driver deals workgroups to; 1 on a GPU.
         threads: u32,
     }
+    /// Where a primary ray met the scene, made ready for secondary rays.
+    struct Surface {
+        /// Hit point, off the triangle by a bound on its rounding.
+        origin: [f32; 3],
+        /// Unit normal, facing the primary.
+        normal: [f32; 3],
+        /// The primary's index.
+        primary: u32,
+    }
+    @kernel "rays/primary"
+    struct RaysPrimaryArgs {
+        /// Whole 8×8 blocks in Morton order, x | y << 16.
+        blocks: Ptr<u32>,
+        /// Rays, eight floats each.
+        rays: PtrMut<f32>,
+        /// Pixels in a row.
+        width: u32,
+        /// Rows.
+        height: u32,
+        /// Origin of all rays.
+        eye: [f32; 3],
+        /// From the eye to the picture's top left corner.
+        corner: [f32; 3],
+        /// From a pixel to the next in its row.
+        across: [f32; 3],
+        /// From a row to the next.
+        down: [f32; 3],
+    }
+    @kernel "rays/count"
+    struct RaysCountArgs {
+        /// Primaries, eight floats each.
+        rays: Ptr<f32>,
+        /// What they met, four words each.
+        hits: Ptr<u32>,
+        /// Corners, nine floats a triangle.
+        triangles: Ptr<f32>,
+        /// Surfaces under each run of primaries.
+        sums: PtrMut<u32>,
+        /// First primary.
+        start: u32,
+        /// Behind the last.
+        end: u32,
+    }
+    @kernel "rays/surface"
+    struct RaysSurfaceArgs {
+        /// Primaries, eight floats each.
+        rays: Ptr<f32>,
+        /// What they met, four words each.
+        hits: Ptr<u32>,
+        /// Corners, nine floats a triangle.
+        triangles: Ptr<f32>,
+        /// Surfaces before each run of primaries.
+        sums: Ptr<u32>,
+        /// Surfaces in all; the primary before which `limit` was reached.
+        taken: PtrMut<u32>,
+        /// The first `limit` of them.
+        surfaces: PtrMut<Surface>,
+        /// First primary.
+        start: u32,
+        /// Behind the last.
+        end: u32,
+        /// Surfaces wanted.
+        limit: u32,
+    }
+    @kernel "rays/secondary"
+    struct RaysSecondaryArgs {
+        /// Surfaces that rays leave.
+        surfaces: Ptr<Surface>,
+        /// Points of the unit square, 24-bit fixed point, two words a sample.
+        points: Ptr<u32>,
+        /// From `rays/surface`.
+        taken: Ptr<u32>,
+        /// Rays, eight floats each.
+        rays: PtrMut<f32>,
+        /// Rays a surface.
+        samples: u32,
+        /// Surfaces wanted.
+        limit: u32,
+        /// Greatest t.
+        t_max: f32,
+    }
 }
 
 impl Hit {

@@ -3,4 +3,5 @@
 pub mod brute;
 pub mod compare;
 pub mod exact;
+pub mod rays;
 pub mod reference;
