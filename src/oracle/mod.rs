@@ -4,3 +4,4 @@ pub mod brute;
 pub mod compare;
 pub mod exact;
 pub mod reference;
+pub mod validate;
