@@ -9,13 +9,14 @@ void main() {
     uint begin = invocation_index() * ITEMS;
     uint end = min(begin + ITEMS, args.count);
     for (uint i = begin; i < end; ++i) {
-        uint t = P(order).at[i];
-        vec3 a = CORNER(triangles, t, 0u), b = CORNER(triangles, t, 1u), c = CORNER(triangles, t, 2u);
-        precise vec3 lo = min(a, min(b, c)) * args.scale - args.anchor;
-        precise vec3 hi = max(a, max(b, c)) * args.scale - args.anchor;
+        uint triangle = P(order).at[i];
+        Corners t = LOAD_CORNERS(triangles, triangle);
+        precise vec3 lo = min(t.a, min(t.b, t.c)) * args.scale - args.anchor;
+        precise vec3 hi = max(t.a, max(t.b, t.c)) * args.scale - args.anchor;
         Aabb box = Aabb(lo, hi);
         precise float cost = args.triangle_cost * half_area(box);
-        P(bounds).at[i] = box;
-        P(clusters).at[i] = Cluster(LEAF_BIT | i, i, 1, cost);
+        Cluster cluster = Cluster(LEAF_BIT | i, i, 1, cost);
+        STORE_Aabb(bounds, i, box)
+        STORE_Cluster(clusters, i, cluster)
     }
 }

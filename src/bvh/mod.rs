@@ -38,6 +38,8 @@ struct Build<'a> {
     timing: Timing,
     times: Times,
     explain: Vec<String>,
+    /// Most memory in use before the tree's own was allocated, bytes.
+    peak_before_tree: u64,
 }
 
 impl Build<'_> {
@@ -120,13 +122,14 @@ pub fn build(device: &Arc<Device>, scene: &SceneBuffers, recipe: &Recipe, timing
 
     let start = Instant::now();
     let before = device.track_memory();
-    let mut build = Build { device, scene, recipe, timing, times: Times::default(), explain: vec![] };
+    let mut build = Build { device, scene, recipe, timing, times: Times::default(), explain: vec![], peak_before_tree: 0 };
     let (codes, space) = morton::encode(&mut build)?;
     let order = sort::by_code(&mut build, codes)?;
     let tree = ploc::cluster(&mut build, &order, &space)?;
     let kept = collapse::number(&mut build, &tree)?;
     let bvh = layout::pack(&mut build, order, tree, kept, space)?;
     let wall_ms = start.elapsed().as_secs_f64() * 1e3;
-    let scratch_bytes = device.peak_memory().saturating_sub(before + bvh.bytes());
+    let with_tree = device.peak_memory().saturating_sub(bvh.bytes());
+    let scratch_bytes = with_tree.max(build.peak_before_tree).saturating_sub(before);
     Ok(Built { bvh, times: build.times, wall_ms, scratch_bytes, explain: build.explain })
 }

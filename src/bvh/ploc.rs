@@ -92,7 +92,7 @@ pub(super) fn cluster(build: &mut Build<'_>, order: &Order, space: &Space) -> Re
         &rounds.constants,
         groups,
         PlocLeavesArgs {
-            triangles: build.scene.triangles.ptr(),
+            triangles: build.scene.triangles.ptr().cast(),
             order: order.triangles.ptr(),
             bounds: rounds.bounds.ptr_mut(),
             clusters: rounds.clusters.ptr_mut(),

@@ -128,7 +128,7 @@ fn record(rec: &mut Recorder, bvh: &Bvh, batch: &Batch, options: Options) -> Res
     // Dealing workgroups out in turn wants as many of them as threads divide.
     let groups = count.div_ceil(shape.trace_workgroup).next_multiple_of(shape.threads);
     let tests = batch.tests.as_ref().map_or(PtrMut::new(0), Buffer::ptr_mut);
-    let (rays, hits, triangles) = (batch.rays.ptr(), batch.hits.ptr_mut(), bvh.triangles.ptr());
+    let (rays, hits, triangles) = (batch.rays.ptr(), batch.hits.ptr_mut(), bvh.triangles.ptr().cast());
     let Bvh { root, exponent, anchor, reach, .. } = *bvh;
     let threads = shape.threads;
     if options.coherent && shape.packets {
@@ -137,7 +137,7 @@ fn record(rec: &mut Recorder, bvh: &Bvh, batch: &Batch, options: Options) -> Res
             TracePacketArgs { rays, nodes, triangles, hits, tests, count, root, exponent, anchor, reach, threads };
         rec.dispatch(&kernels::TRACE_PACKET, &constants, groups, args)
     } else {
-        let nodes = bvh.nodes.ptr().cast();
+        let nodes = bvh.nodes.ptr();
         let args =
             TraceSingleArgs { rays, nodes, triangles, hits, tests, count, root, exponent, anchor, reach, threads };
         rec.dispatch(&kernels::TRACE_SINGLE, &constants, groups, args)
