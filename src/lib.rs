@@ -3,7 +3,9 @@
 //! Flow: `scene → bvh::{morton → sort → ploc → collapse → layout} → trace → bench::report`.
 
 pub mod abi;
+pub mod bench;
 pub mod bvh;
+pub mod cli;
 pub mod device;
 pub mod kernels;
 pub mod oracle;

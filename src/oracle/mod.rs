@@ -5,3 +5,4 @@ pub mod compare;
 pub mod exact;
 pub mod rays;
 pub mod reference;
+pub mod validate;
