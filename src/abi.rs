@@ -128,7 +128,7 @@ pub type Pair = [u32; 2];
 
 /// Structs that buffers hold as pairs of words, which kernels load with `LOAD_S(buffer, i)` and store with
 /// `STORE_S(buffer, i, value)`; the others are plain structs in their buffers.
-pub const PAIRS: &[&str] = &["Ray", "Hit", "Aabb", "Cluster", "RawNode", "Node", "PackedTriangle", "Tests"];
+pub const PAIRS: &[&str] = &["Ray", "Hit", "Aabb", "Cluster", "RawNode", "Node", "PackedTriangle", "Tests", "Surface"];
 
 macro_rules! constants {
     ($( $(#[doc = $doc:literal])* $name:ident = $value:expr; )*) => {
@@ -649,13 +649,15 @@ abi! {
         normal: [f32; 3],
         /// The primary's index.
         primary: u32,
+        /// 0: a whole number of pairs.
+        pad: u32,
     }
     @kernel "rays/primary"
     struct RaysPrimaryArgs {
         /// Whole 8×8 blocks in Morton order, x | y << 16.
         blocks: Ptr<u32>,
-        /// Rays, eight floats each.
-        rays: PtrMut<f32>,
+        /// Rays.
+        rays: PtrMut<Ray>,
         /// Pixels in a row.
         width: u32,
         /// Rows.
@@ -671,12 +673,12 @@ abi! {
     }
     @kernel "rays/count"
     struct RaysCountArgs {
-        /// Primaries, eight floats each.
-        rays: Ptr<f32>,
-        /// What they met, four words each.
-        hits: Ptr<u32>,
+        /// Primaries.
+        rays: Ptr<Ray>,
+        /// What they met.
+        hits: Ptr<Hit>,
         /// Corners, nine floats a triangle.
-        triangles: Ptr<f32>,
+        triangles: Ptr<Pair>,
         /// Surfaces under each run of primaries.
         sums: PtrMut<u32>,
         /// First primary.
@@ -686,12 +688,12 @@ abi! {
     }
     @kernel "rays/surface"
     struct RaysSurfaceArgs {
-        /// Primaries, eight floats each.
-        rays: Ptr<f32>,
-        /// What they met, four words each.
-        hits: Ptr<u32>,
+        /// Primaries.
+        rays: Ptr<Ray>,
+        /// What they met.
+        hits: Ptr<Hit>,
         /// Corners, nine floats a triangle.
-        triangles: Ptr<f32>,
+        triangles: Ptr<Pair>,
         /// Surfaces before each run of primaries.
         sums: Ptr<u32>,
         /// Surfaces in all; the primary before which `limit` was reached.
@@ -709,12 +711,12 @@ abi! {
     struct RaysSecondaryArgs {
         /// Surfaces that rays leave.
         surfaces: Ptr<Surface>,
-        /// Points of the unit square, 24-bit fixed point, two words a sample.
-        points: Ptr<u32>,
+        /// Points of the unit square, 24-bit fixed point, one a sample.
+        points: Ptr<Pair>,
         /// From `rays/surface`.
         taken: Ptr<u32>,
-        /// Rays, eight floats each.
-        rays: PtrMut<f32>,
+        /// Rays.
+        rays: PtrMut<Ray>,
         /// Rays a surface.
         samples: u32,
         /// Surfaces wanted.

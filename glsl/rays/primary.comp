@@ -25,12 +25,5 @@ void main() {
     precise vec3 through = args.corner + (args.across * at.x + args.down * at.y);
     vec3 direction;
     if (!unit(through, direction)) direction = vec3(0.0);
-    P(rays).at[i * 8] = args.eye.x;
-    P(rays).at[i * 8 + 1] = args.eye.y;
-    P(rays).at[i * 8 + 2] = args.eye.z;
-    P(rays).at[i * 8 + 3] = 0.0;
-    P(rays).at[i * 8 + 4] = direction.x;
-    P(rays).at[i * 8 + 5] = direction.y;
-    P(rays).at[i * 8 + 6] = direction.z;
-    P(rays).at[i * 8 + 7] = uintBitsToFloat(0x7f800000u);
+    STORE_Ray(rays, i, Ray(args.eye, 0.0, direction, uintBitsToFloat(0x7f800000u)))
 }

@@ -32,23 +32,17 @@ void main() {
     uint which = i / args.samples;
     if (which >= min(P(taken).at[0], args.limit)) return;
     uint sample_index = i - which * args.samples;
-    Surface surface = P(surfaces).at[which];
-    uint u = P(points).at[2 * sample_index] + (hash(2 * surface.primary) >> 8) & 0xffffffu;
-    uint v = P(points).at[2 * sample_index + 1] + (hash(2 * surface.primary + 1) >> 8) & 0xffffffu;
+    Surface surface = LOAD_Surface(surfaces, which);
+    uvec2 point = words_of(P(points).at[sample_index]);
+    uint u = point.x + (hash(2 * surface.primary) >> 8) & 0xffffffu;
+    uint v = point.y + (hash(2 * surface.primary + 1) >> 8) & 0xffffffu;
     float r = root(float(u) * (1.0 / 16777216.0));
     float z = root(float(16777216u - u) * (1.0 / 16777216.0));
     precise vec2 disc = turned(v) * r;
 
     vec3 n = surface.normal;
     vec3 tangent;
-    bool found = unit(abs(n.x) > abs(n.z) ? vec3(-n.y, n.x, 0.0) : vec3(0.0, -n.z, n.y), tangent);
+    unit(abs(n.x) > abs(n.z) ? vec3(-n.y, n.x, 0.0) : vec3(0.0, -n.z, n.y), tangent);
     precise vec3 direction = tangent * disc.x + outer(n, tangent) * disc.y + n * z;
-    P(rays).at[i * 8] = surface.origin.x;
-    P(rays).at[i * 8 + 1] = surface.origin.y;
-    P(rays).at[i * 8 + 2] = surface.origin.z;
-    P(rays).at[i * 8 + 3] = 0.0;
-    P(rays).at[i * 8 + 4] = direction.x;
-    P(rays).at[i * 8 + 5] = direction.y;
-    P(rays).at[i * 8 + 6] = direction.z;
-    P(rays).at[i * 8 + 7] = args.t_max;
+    STORE_Ray(rays, i, Ray(surface.origin, 0.0, direction, args.t_max))
 }

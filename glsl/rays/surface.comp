@@ -14,7 +14,7 @@ void main() {
     Surface surface;
     for (uint i = begin; i < end && place <= args.limit; ++i) {
         if (!surface_of(i, surface)) continue;
-        if (place < args.limit) P(surfaces).at[place] = surface;
+        if (place < args.limit) STORE_Surface(surfaces, place, surface)
         else P(taken).at[1] = i;
         ++place;
     }

@@ -10,7 +10,9 @@ mod choices;
 mod devices;
 mod explain;
 mod files;
+mod image;
 mod query;
+mod render;
 
 use crate::device::{Device, Options};
 use crate::scene::{self, Progress, Scene};
@@ -49,6 +51,7 @@ enum Command {
     Devices(devices::Args),
     Build(build::Args),
     Query(query::Args),
+    Render(render::Args),
     Bench(bench::Args),
 }
 
@@ -60,6 +63,7 @@ pub fn main() -> ExitCode {
         Command::Devices(args) => devices::run(&cli.global, args),
         Command::Build(args) => build::run(&cli.global, args),
         Command::Query(args) => query::run(&cli.global, args),
+        Command::Render(args) => render::run(&cli.global, args),
         Command::Bench(args) => bench::run(&cli.global, args),
     };
     match done {

@@ -90,7 +90,7 @@ pub fn surface_of(scene: &Scene, ray: &Ray, hit: &Hit, i: usize) -> Option<Surfa
     let point = a + (hit.u * e1 + hit.v * e2);
     let largest = a.abs().max(b.abs()).max(c.abs()).max_element();
     let origin = point + normal * (OFFSET * largest);
-    Some(Surface { origin: origin.to_array(), normal: normal.to_array(), primary: i as u32 })
+    Some(Surface { origin: origin.to_array(), normal: normal.to_array(), primary: i as u32, pad: 0 })
 }
 
 fn hash(x: u32) -> u32 {

@@ -4,7 +4,7 @@
 
 use super::{BATCH, Batch, Query};
 use crate::abi::{
-    Aabb, RaysCountArgs, RaysPrimaryArgs, RaysSecondaryArgs, RaysSurfaceArgs, SPEC_ITEMS, SPEC_WG,
+    Aabb, Pair, RaysCountArgs, RaysPrimaryArgs, RaysSecondaryArgs, RaysSurfaceArgs, SPEC_ITEMS, SPEC_WG,
     ScanExclusiveArgs, Surface,
 };
 use crate::bvh::SceneBuffers;
@@ -159,7 +159,7 @@ pub fn primary(device: &Arc<Device>, view: &View, batch: &mut Batch, timing: Tim
         (pixels as u32).div_ceil(workgroup),
         RaysPrimaryArgs {
             blocks: blocks.ptr(),
-            rays: batch.rays.ptr_mut().cast(),
+            rays: batch.rays.ptr_mut(),
             width: view.width,
             height: view.height,
             eye: view.camera.eye,
@@ -172,7 +172,7 @@ pub fn primary(device: &Arc<Device>, view: &View, batch: &mut Batch, timing: Tim
 }
 
 /// The `index`th point of Halton's sequence in bases 2 and 3 [Halton60], 24-bit fixed point, rounded down.
-fn halton(index: u32) -> [u32; 2] {
+fn halton(index: u32) -> Pair {
     let inverse = |base: u64| {
         let (mut rest, mut digits, mut scale) = (u64::from(index), 0, 1);
         while rest > 0 {
@@ -223,9 +223,9 @@ pub fn secondary(
     let surfaces = Buffer::<Surface>::new(device, "rays.surfaces", limit as usize)?;
     let sums = Buffer::<u32>::new(device, "rays.sums", runs)?;
     let taken = Buffer::<u32>::new(device, "rays.taken", 2)?;
-    let points = Buffer::<[u32; 2]>::new(device, "rays.points", kind.samples as usize)?;
-    let sequence: Vec<[u32; 2]> = (1..=kind.samples).map(halton).collect();
-    let (rays, hits) = (primaries.rays.ptr().cast(), primaries.hits.ptr().cast());
+    let points = Buffer::<Pair>::new(device, "rays.points", kind.samples as usize)?;
+    let sequence: Vec<Pair> = (1..=kind.samples).map(halton).collect();
+    let (rays, hits) = (primaries.rays.ptr(), primaries.hits.ptr());
     let triangles = scene.triangles.ptr().cast();
 
     let mut rec = Recorder::new(device, timing)?;
@@ -264,9 +264,9 @@ pub fn secondary(
         (limit * kind.samples).div_ceil(shape.trace_workgroup),
         RaysSecondaryArgs {
             surfaces: surfaces.ptr(),
-            points: points.ptr().cast(),
+            points: points.ptr(),
             taken: taken.ptr(),
-            rays: out.rays.ptr_mut().cast(),
+            rays: out.rays.ptr_mut(),
             samples: kind.samples,
             limit,
             t_max: kind.length,
@@ -312,7 +312,7 @@ mod tests {
 
     #[test]
     fn halton_points() {
-        let share = |p: [u32; 2]| p.map(|x| f64::from(x) / f64::from(1 << 24));
+        let share = |p: Pair| p.map(|x| f64::from(x) / f64::from(1 << 24));
         for (index, u, v) in [(1, 1.0 / 2.0, 1.0 / 3.0), (2, 1.0 / 4.0, 2.0 / 3.0), (5, 5.0 / 8.0, 7.0 / 9.0)] {
             let p = share(halton(index));
             assert!((p[0] - u).abs() < 1e-7 && (p[1] - v).abs() < 1e-7, "{index}: {p:?}");
