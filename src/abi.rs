@@ -128,7 +128,7 @@ pub type Pair = [u32; 2];
 
 /// Structs that buffers hold as pairs of words, which kernels load with `LOAD_S(buffer, i)` and store with
 /// `STORE_S(buffer, i, value)`; the others are plain structs in their buffers.
-pub const PAIRS: &[&str] = &["Ray", "Hit", "Aabb", "Cluster", "RawNode", "Node", "PackedTriangle", "Tests"];
+pub const PAIRS: &[&str] = &["Ray", "Hit", "Aabb", "Cluster", "RawNode", "Node", "PackedTriangle", "Tests", "Surface"];
 
 macro_rules! constants {
     ($( $(#[doc = $doc:literal])* $name:ident = $value:expr; )*) => {
@@ -640,6 +640,89 @@ abi! {
         reach: f32,
         /// Threads that a software driver deals workgroups to; 1 on a GPU.
         threads: u32,
+    }
+    /// Where a primary ray met the scene, made ready for secondary rays.
+    struct Surface {
+        /// Hit point, off the triangle by a bound on its rounding.
+        origin: [f32; 3],
+        /// Unit normal, facing the primary.
+        normal: [f32; 3],
+        /// The primary's index.
+        primary: u32,
+        /// 0: a whole number of pairs.
+        pad: u32,
+    }
+    @kernel "rays/primary"
+    struct RaysPrimaryArgs {
+        /// Whole 8×8 blocks in Morton order, x | y << 16.
+        blocks: Ptr<u32>,
+        /// Rays.
+        rays: PtrMut<Ray>,
+        /// Pixels in a row.
+        width: u32,
+        /// Rows.
+        height: u32,
+        /// Origin of all rays.
+        eye: [f32; 3],
+        /// From the eye to the picture's top left corner.
+        corner: [f32; 3],
+        /// From a pixel to the next in its row.
+        across: [f32; 3],
+        /// From a row to the next.
+        down: [f32; 3],
+    }
+    @kernel "rays/count"
+    struct RaysCountArgs {
+        /// Primaries.
+        rays: Ptr<Ray>,
+        /// What they met.
+        hits: Ptr<Hit>,
+        /// Corners, nine floats a triangle.
+        triangles: Ptr<Pair>,
+        /// Surfaces under each run of primaries.
+        sums: PtrMut<u32>,
+        /// First primary.
+        start: u32,
+        /// Behind the last.
+        end: u32,
+    }
+    @kernel "rays/surface"
+    struct RaysSurfaceArgs {
+        /// Primaries.
+        rays: Ptr<Ray>,
+        /// What they met.
+        hits: Ptr<Hit>,
+        /// Corners, nine floats a triangle.
+        triangles: Ptr<Pair>,
+        /// Surfaces before each run of primaries.
+        sums: Ptr<u32>,
+        /// Surfaces in all; the primary before which `limit` was reached.
+        taken: PtrMut<u32>,
+        /// The first `limit` of them.
+        surfaces: PtrMut<Surface>,
+        /// First primary.
+        start: u32,
+        /// Behind the last.
+        end: u32,
+        /// Surfaces wanted.
+        limit: u32,
+    }
+    @kernel "rays/secondary"
+    struct RaysSecondaryArgs {
+        /// Surfaces that rays leave.
+        surfaces: Ptr<Surface>,
+        /// Points of the unit square, 24-bit fixed point, one a sample.
+        points: Ptr<Pair>,
+        /// From `rays/surface`.
+        taken: Ptr<u32>,
+        /// Rays.
+        rays: PtrMut<Ray>,
+        /// Rays a surface.
+        samples: u32,
+        /// Surfaces wanted.
+        limit: u32,
+        /// Greatest t.
+        t_max: f32,
     }
 }
 

@@ -50,7 +50,9 @@
 //! - \[WOOP13\] Woop, Benthin, Wald: Watertight ray/triangle intersection. JCGT 2(1), 2013.
 
 pub mod abi;
+pub mod bench;
 pub mod bvh;
+pub mod cli;
 pub mod device;
 pub mod kernels;
 pub mod oracle;

@@ -9,7 +9,7 @@ mod sort;
 mod tree;
 
 pub use recipe::{Collapse, Morton, Recipe};
-pub use tree::{Bvh, HostTree, SceneBuffers, leaf_bits};
+pub use tree::{Bvh, Child, HostTree, SceneBuffers, leaf_bits};
 
 use crate::device::{Buffer, Device, DeviceError, Recorder, Times, Timing};
 use std::sync::Arc;

@@ -12,7 +12,7 @@ mod shape;
 pub use buffer::Buffer;
 pub use error::{DeviceError, Result};
 pub use recorder::{Pass, Recorder, Timing, Times};
-pub use select::{DeviceInfo, Feature};
+pub use select::{DeviceInfo, Feature, choose};
 pub use shape::Shape;
 
 use ash::vk;

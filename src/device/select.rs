@@ -200,7 +200,10 @@ fn old_mesa(info: &str) -> bool {
 
 /// The device that `wanted` names by number or part of its name, or the best: a real GPU before a software one.
 /// Returns its place in `all`.
-pub(super) fn choose(all: &[DeviceInfo], wanted: Option<&str>) -> super::Result<usize> {
+///
+/// # Errors
+/// No usable device, or none of that number or name.
+pub fn choose(all: &[DeviceInfo], wanted: Option<&str>) -> super::Result<usize> {
     use super::DeviceError;
     let usable = || all.iter().filter(|d| d.usable());
     let found = match wanted {

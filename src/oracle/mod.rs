@@ -3,4 +3,6 @@
 pub mod brute;
 pub mod compare;
 pub mod exact;
+pub mod rays;
 pub mod reference;
+pub mod validate;

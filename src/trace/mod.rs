@@ -1,6 +1,7 @@
 //! Traces rays through a packed tree: nearest hit, any hit, and either with tests counted.
 
 mod coherence;
+pub mod rays;
 
 pub use coherence::is_coherent;
 
