@@ -1,5 +1,5 @@
-//! Compiles every kernel `glsl/<stage>/<verb>.comp` to SPIR-V, twice: with its buffers as storage-buffer bindings and
-//! as device addresses. Writes `kernels.rs` (one constant a kernel) and refuses a kernel whose member offsets differ
+//! Compiles every kernel `glsl/<stage>/<verb>.comp` to SPIR-V, twice: with and without 64-bit loads. Buffers are device
+//! addresses. Writes `kernels.rs` (one constant a kernel) and refuses a kernel whose member offsets differ
 //! from the host's. Also puts the commit into `BOXWOOD_COMMIT`.
 
 use std::collections::BTreeMap;
@@ -12,6 +12,8 @@ use std::{env, fs, process};
 mod abi;
 
 const GLSL: &str = "glsl";
+/// Name, 64-bit loads: in the order of `Kernel::spirv`.
+const MODES: [(&str, bool); 2] = [("words", false), ("pairs", true)];
 
 fn main() {
     println!("cargo:rerun-if-changed={GLSL}");
@@ -48,33 +50,32 @@ fn kernels() -> Result<(), String> {
             .ok_or_else(|| format!("{}: src/abi.rs has no struct `@kernel \"{name}\"`", path.display()))?;
         let text = fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
         let stem = name.replace('/', "_");
-        for (mode, addresses) in [("bindings", false), ("addresses", true)] {
+        for (mode, wide) in MODES {
             let source = format!(
                 "#version 460\n{}{prelude}\n{}{}#line 1\n{text}",
-                if addresses { "#define ADDRESSES\n" } else { "" },
-                elements(addresses),
-                arguments(args, addresses)
+                if wide { "#define INT64\n" } else { "" },
+                elements(),
+                arguments(args)
             );
             let spirv = compile(&compiler, &source, &path)?;
-            check_offsets(spirv.as_binary(), &name, addresses)?;
+            check_offsets(spirv.as_binary(), &name, mode)?;
             let file = out_dir.join(format!("{stem}.{mode}.spv"));
             fs::write(&file, spirv.as_binary_u8()).map_err(|e| format!("{}: {e}", file.display()))?;
         }
         let _ = writeln!(
             constants,
-            "/// `glsl/{name}.comp`\npub const {}: Kernel<abi::{}> = Kernel::new(\"{name}\", \
-             include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{stem}.bindings.spv\")), \
-             include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{stem}.addresses.spv\")));",
+            "/// `glsl/{name}.comp`\npub const {}: Kernel<abi::{}> = Kernel::new(\"{name}\", [{}]);",
             stem.to_uppercase(),
-            args.name
+            args.name,
+            MODES.map(|m| format!("include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{stem}.{}.spv\"))", m.0)).join(", ")
         );
         let constant = stem.to_uppercase();
-        let _ = writeln!(all, "    (\"{name}\", {constant}.bindings, {constant}.addresses),");
+        let _ = writeln!(all, "    (\"{name}\", {constant}.spirv),");
     }
     let _ = writeln!(
         constants,
-        "/// Every kernel: name, SPIR-V with bindings, SPIR-V with addresses.\n\
-         pub const ALL: &[(&str, &[u8], &[u8])] = &[\n{all}];"
+        "/// Every kernel: its name and its SPIR-V, without and with 64-bit loads.\n\
+         pub const ALL: &[(&str, [&[u8]; 2])] = &[\n{all}];"
     );
     for s in abi::STRUCTS.iter().filter(|s| !s.kernel.is_empty()) {
         if !Path::new(GLSL).join(format!("{}.comp", s.kernel)).exists() {
@@ -136,6 +137,7 @@ fn glsl_type(rust: &str) -> Type {
             "[u32;2]" => "uvec2",
             "[u32;3]" => "uvec3",
             "[u32;4]" => "uvec4",
+            "Pair" => "PAIR",
             other => other,
         }
         .to_owned()
@@ -144,31 +146,83 @@ fn glsl_type(rust: &str) -> Type {
         [("Ptr<", "readonly restrict"), ("PtrMut<", "restrict"), ("PtrShared<", "coherent restrict")]
     {
         if let Some(element) = t.strip_prefix(prefix) {
-            return Type::Pointer { element: plain(element.trim_end_matches('>')), qualifier };
+            let element = element.trim_end_matches('>');
+            let element = if abi::PAIRS.contains(&element) { "PAIR".to_owned() } else { plain(element) };
+            return Type::Pointer { element, qualifier };
         }
     }
     Type::Plain(plain(&t))
 }
 
 /// Constants and element structs.
-fn elements(addresses: bool) -> String {
+fn elements() -> String {
     let mut out = String::new();
     for (name, value) in abi::CONSTANTS {
         let _ = writeln!(out, "#define {name} {value}u");
     }
     for s in abi::STRUCTS.iter().filter(|s| s.kernel.is_empty()) {
-        out += &structure(s, addresses);
+        out += &structure(s);
+        if abi::PAIRS.contains(&s.name) {
+            out += &pairs(s);
+        }
     }
     out
 }
 
-fn structure(s: &abi::Struct, addresses: bool) -> String {
+/// `LOAD_S(buffer, i)` and `STORE_S(buffer, i, value)` for a struct that buffers hold as pairs of words.
+fn pairs(s: &abi::Struct) -> String {
+    let mut words = vec![];
+    flatten(s, "s", &mut words);
+    let n = words.len() / 2;
+    let name = s.name;
+    let list = |f: &dyn Fn(usize) -> String| (0..n).map(f).collect::<Vec<_>>().join(", ");
+    let mut out = format!("{name} {name}_of({}) {{\n    {name} s;\n", list(&|i| format!("PAIR p{i}")));
+    for i in 0..n {
+        let _ = writeln!(out, "    uvec2 w{i} = words_of(p{i});");
+    }
+    for (i, (word, float)) in words.iter().enumerate() {
+        let from = format!("w{}.{}", i / 2, ["x", "y"][i % 2]);
+        let _ = writeln!(out, "    {word} = {};", if *float { format!("uintBitsToFloat({from})") } else { from });
+    }
+    let _ = writeln!(out, "    return s;\n}}");
+    let word = |i: usize| {
+        let (word, float) = &words[i];
+        if *float { format!("floatBitsToUint({word})") } else { word.clone() }
+    };
+    for i in 0..n {
+        let (x, y) = (word(2 * i), word(2 * i + 1));
+        let _ = writeln!(out, "PAIR {name}_pair{i}({name} s) {{ return pair_of(uvec2({x}, {y})); }}");
+    }
+    let at = |i: usize| format!("P(b).at[{n}u * (i) + {i}u]");
+    let _ = writeln!(out, "#define LOAD_{name}(b, i) {name}_of({})", list(&at));
+    let stores: Vec<String> = (0..n).map(|i| format!("{} = {name}_pair{i}(v);", at(i))).collect();
+    let _ = writeln!(out, "#define STORE_{name}(b, i, v) {{ {} }}", stores.join(" "));
+    out
+}
+
+/// The words of a struct as (GLSL lvalue, is a float).
+fn flatten(s: &abi::Struct, path: &str, words: &mut Vec<(String, bool)>) {
+    for m in s.members {
+        let t: String = m.ty.chars().filter(|c| !c.is_whitespace()).collect();
+        let path = format!("{path}.{}", m.name);
+        if let Some(inner) = abi::STRUCTS.iter().find(|s| s.name == t) {
+            flatten(inner, &path, words);
+            continue;
+        }
+        let float = t.contains("f32");
+        match t.strip_prefix('[').and_then(|t| t.trim_end_matches(']').split(';').nth(1)?.parse::<usize>().ok()) {
+            Some(n) => words.extend((0..n).map(|k| (format!("{path}.{}", ["x", "y", "z", "w"][k]), float))),
+            None => words.push((path, float)),
+        }
+    }
+}
+
+fn structure(s: &abi::Struct) -> String {
     let mut out = format!("struct {} {{\n", s.name);
     for m in s.members {
         let ty = match glsl_type(m.ty) {
             Type::Plain(t) => t,
-            Type::Pointer { .. } if addresses => format!("Buffer_{}", m.name),
-            Type::Pointer { .. } => "uvec2".into(),
+            Type::Pointer { .. } => format!("Buffer_{}", m.name),
         };
         let _ = writeln!(out, "    {ty} {};", m.name);
     }
@@ -176,33 +230,24 @@ fn structure(s: &abi::Struct, addresses: bool) -> String {
 }
 
 /// One kernel's push constants and the buffers that they point to.
-fn arguments(s: &abi::Struct, addresses: bool) -> String {
+fn arguments(s: &abi::Struct) -> String {
     let mut out = String::new();
-    let mut binding = 0;
     for m in s.members {
         let Type::Pointer { element, qualifier } = glsl_type(m.ty) else { continue };
-        let _ = if addresses {
-            writeln!(
-                out,
-                "layout(buffer_reference, scalar, buffer_reference_align = 4) {qualifier} buffer Buffer_{} {{ {element} at[]; }};",
-                m.name
-            )
-        } else {
-            writeln!(
-                out,
-                "layout(set = 0, binding = {binding}, scalar) {qualifier} buffer Buffer_{} {{ {element} at[]; }} b_{};",
-                m.name, m.name
-            )
-        };
-        binding += 1;
+        let _ = writeln!(
+            out,
+            "layout(buffer_reference, scalar, buffer_reference_align = {}) {qualifier} buffer Buffer_{} {{ {element} at[]; }};",
+            if element == "PAIR" { 8 } else { 4 },
+            m.name
+        );
     }
-    out += &structure(s, addresses);
+    out += &structure(s);
     let _ = writeln!(out, "layout(push_constant, scalar) uniform Push {{ {} args; }};", s.name);
-    out + if addresses { "#define P(x) args.x\n" } else { "#define P(x) b_##x\n" }
+    out + "#define P(x) args.x\n"
 }
 
 /// Compares every member offset of every shared struct in a module with the host's.
-fn check_offsets(words: &[u32], kernel: &str, addresses: bool) -> Result<(), String> {
+fn check_offsets(words: &[u32], kernel: &str, mode: &str) -> Result<(), String> {
     const OP_NAME: u32 = 5;
     const OP_MEMBER_NAME: u32 = 6;
     const OP_MEMBER_DECORATE: u32 = 72;
@@ -224,7 +269,6 @@ fn check_offsets(words: &[u32], kernel: &str, addresses: bool) -> Result<(), Str
         }
         at += len.max(1);
     }
-    let mode = if addresses { "addresses" } else { "bindings" };
     for ((id, index), offset) in &offsets {
         let (Some(name), Some(member)) = (names.get(id), members.get(&(*id, *index))) else { continue };
         let Some(host) = abi::STRUCTS.iter().find(|s| s.name == name) else { continue };

@@ -8,6 +8,18 @@
 #extension GL_KHR_shader_subgroup_ballot : require
 #extension GL_KHR_shader_subgroup_vote : require
 
+// Two words loaded or stored at once. A software driver pays for each load of each invocation, whatever its size.
+#ifdef INT64
+#extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
+#define PAIR uint64_t
+uvec2 words_of(PAIR p) { return unpackUint2x32(p); }
+PAIR pair_of(uvec2 words) { return packUint2x32(words); }
+#else
+#define PAIR uvec2
+uvec2 words_of(PAIR p) { return p; }
+PAIR pair_of(uvec2 words) { return words; }
+#endif
+
 layout(local_size_x_id = 0) in;                 // SPEC_WG
 layout(constant_id = 0) const uint WG = 64;     // the same number, for arithmetic
 

@@ -60,13 +60,6 @@ pub struct Member {
     pub offset: usize,
 }
 
-impl Member {
-    /// Whether this is a [`Ptr`], [`PtrMut`] or [`PtrShared`].
-    pub fn is_pointer(&self) -> bool {
-        self.ty.starts_with("Ptr")
-    }
-}
-
 /// A shared struct.
 #[derive(Debug, Clone, Copy)]
 pub struct Struct {
@@ -129,6 +122,13 @@ macro_rules! abi {
         const _: () = assert!(core::mem::size_of::<$name>() <= PUSH_BYTES);
     };
 }
+
+/// Two words: how kernels see arrays that they load two words at a time.
+pub type Pair = [u32; 2];
+
+/// Structs that buffers hold as pairs of words, which kernels load with `LOAD_S(buffer, i)` and store with
+/// `STORE_S(buffer, i, value)`; the others are plain structs in their buffers.
+pub const PAIRS: &[&str] = &["Ray", "Hit", "Aabb", "Cluster", "RawNode", "Node", "PackedTriangle", "Tests", "Surface"];
 
 macro_rules! constants {
     ($( $(#[doc = $doc:literal])* $name:ident = $value:expr; )*) => {
@@ -229,9 +229,9 @@ abi! {
         node: u32,
         /// Morton rank of the first triangle: unique among live clusters, rising.
         rank: u32,
-        /// Triangles.
+        /// Triangles, with [`COLLAPSED_BIT`] where `node` is collapsed.
         count: u32,
-        /// Expected cost of the subtree if hit times its half area (not divided by the scene's): [Goldsmith87].
+        /// Expected cost of the subtree if hit times its half area (not divided by the scene's): \[GOLDSMITH87\].
         cost: f32,
     }
     /// An inner node of the binary tree before collapse and layout.
@@ -261,6 +261,17 @@ abi! {
         right: u32,
         /// 0: keeps a node within one cache line.
         pad: [u32; 2],
+    }
+    /// A triangle of a packed tree.
+    struct PackedTriangle {
+        /// First corner · 2^exponent.
+        a: [f32; 3],
+        /// Second corner.
+        b: [f32; 3],
+        /// Third corner.
+        c: [f32; 3],
+        /// Input index.
+        index: u32,
     }
     /// Where PLOC stands before a round; the first four words are an indirect dispatch and its workgroup count.
     struct PlocState {
@@ -296,7 +307,7 @@ abi! {
     @kernel "morton/bounds"
     struct MortonBoundsArgs {
         /// Corners, nine floats a triangle.
-        triangles: Ptr<f32>,
+        triangles: Ptr<Pair>,
         /// One; lo at the greatest and hi at the least ordered integer, the rest 0.
         bounds: PtrMut<SceneBounds>,
         /// Triangles.
@@ -305,7 +316,7 @@ abi! {
     @kernel "morton/encode"
     struct MortonEncodeArgs {
         /// Corners, nine floats a triangle.
-        triangles: Ptr<f32>,
+        triangles: Ptr<Pair>,
         /// One, from `morton/bounds`; gains the live bits.
         bounds: PtrMut<SceneBounds>,
         /// Codes: 30 bits, or the upper 31 of 63.
@@ -383,7 +394,7 @@ abi! {
     @kernel "ploc/leaves"
     struct PlocLeavesArgs {
         /// Corners, nine floats a triangle.
-        triangles: Ptr<f32>,
+        triangles: Ptr<Pair>,
         /// Triangles in Morton order.
         order: Ptr<u32>,
         /// Boxes of the clusters, unit space.
@@ -528,28 +539,41 @@ abi! {
         leaf_triangles: PtrMut<u32>,
         /// Packed index of each kept node.
         packed: PtrMut<u32>,
+        /// The kept nodes, in order.
+        kept: PtrMut<u32>,
         /// Raw nodes.
         count: u32,
         /// Workgroups.
         groups: u32,
     }
-    @kernel "layout/pack"
-    struct LayoutPackArgs {
+    @kernel "layout/nodes"
+    struct LayoutNodesArgs {
         /// The tree.
         raw: Ptr<RawNode>,
-        /// Packed index of each kept node; [`INVALID`] elsewhere.
+        /// The kept nodes, in order.
+        kept: Ptr<u32>,
+        /// Packed index of each kept node.
         packed: Ptr<u32>,
         /// First triangle of the leaves below each kept node.
         leaf_triangles: Ptr<u32>,
-        /// Corners, nine floats a triangle.
-        source: Ptr<f32>,
         /// Triangles in Morton order.
         order: Ptr<u32>,
         /// The packed tree.
         nodes: PtrMut<Node>,
-        /// Its triangles: [`TRIANGLE_WORDS`] each, coordinates scaled to unit space but not moved.
-        triangles: PtrMut<u32>,
-        /// Raw nodes.
+        /// Triangles in leaf order: input indices.
+        sequence: PtrMut<u32>,
+        /// Kept nodes.
+        count: u32,
+    }
+    @kernel "layout/triangles"
+    struct LayoutTrianglesArgs {
+        /// Corners, nine floats a triangle.
+        source: Ptr<Pair>,
+        /// Triangles in leaf order: input indices.
+        sequence: Ptr<u32>,
+        /// The tree's triangles.
+        triangles: PtrMut<PackedTriangle>,
+        /// Triangles.
         count: u32,
         /// Unit space is scene · `scale` − anchor.
         scale: f32,
@@ -560,27 +584,21 @@ abi! {
         raw: Ptr<RawNode>,
         /// From `ploc/tail`.
         root: Ptr<PlocRoot>,
-        /// Corners, nine floats a triangle.
-        source: Ptr<f32>,
         /// Triangles in Morton order.
         order: Ptr<u32>,
         /// The packed tree: one node.
         nodes: PtrMut<Node>,
-        /// Its triangles.
-        triangles: PtrMut<u32>,
-        /// Triangles: at most [`MAX_LEAF`].
-        count: u32,
-        /// Unit space is scene · `scale` − anchor.
-        scale: f32,
+        /// Triangles in leaf order: input indices.
+        sequence: PtrMut<u32>,
     }
     @kernel "trace/single"
     struct TraceSingleArgs {
         /// Rays, scene space.
         rays: Ptr<Ray>,
         /// The packed tree.
-        nodes: Ptr<f32>,
-        /// Its triangles, [`TRIANGLE_WORDS`] each.
-        triangles: Ptr<u32>,
+        nodes: Ptr<Node>,
+        /// Its triangles.
+        triangles: Ptr<PackedTriangle>,
         /// Hits, one a ray.
         hits: PtrMut<Hit>,
         /// One a ray; not followed where SPEC_COUNT is 0.
@@ -604,8 +622,8 @@ abi! {
         rays: Ptr<Ray>,
         /// The packed tree.
         nodes: Ptr<Node>,
-        /// Its triangles, [`TRIANGLE_WORDS`] each.
-        triangles: Ptr<u32>,
+        /// Its triangles.
+        triangles: Ptr<PackedTriangle>,
         /// Hits, one a ray.
         hits: PtrMut<Hit>,
         /// One a ray; not followed where SPEC_COUNT is 0.
@@ -622,6 +640,89 @@ abi! {
         reach: f32,
         /// Threads that a software driver deals workgroups to; 1 on a GPU.
         threads: u32,
+    }
+    /// Where a primary ray met the scene, made ready for secondary rays.
+    struct Surface {
+        /// Hit point, off the triangle by a bound on its rounding.
+        origin: [f32; 3],
+        /// Unit normal, facing the primary.
+        normal: [f32; 3],
+        /// The primary's index.
+        primary: u32,
+        /// 0: a whole number of pairs.
+        pad: u32,
+    }
+    @kernel "rays/primary"
+    struct RaysPrimaryArgs {
+        /// Whole 8×8 blocks in Morton order, x | y << 16.
+        blocks: Ptr<u32>,
+        /// Rays.
+        rays: PtrMut<Ray>,
+        /// Pixels in a row.
+        width: u32,
+        /// Rows.
+        height: u32,
+        /// Origin of all rays.
+        eye: [f32; 3],
+        /// From the eye to the picture's top left corner.
+        corner: [f32; 3],
+        /// From a pixel to the next in its row.
+        across: [f32; 3],
+        /// From a row to the next.
+        down: [f32; 3],
+    }
+    @kernel "rays/count"
+    struct RaysCountArgs {
+        /// Primaries.
+        rays: Ptr<Ray>,
+        /// What they met.
+        hits: Ptr<Hit>,
+        /// Corners, nine floats a triangle.
+        triangles: Ptr<Pair>,
+        /// Surfaces under each run of primaries.
+        sums: PtrMut<u32>,
+        /// First primary.
+        start: u32,
+        /// Behind the last.
+        end: u32,
+    }
+    @kernel "rays/surface"
+    struct RaysSurfaceArgs {
+        /// Primaries.
+        rays: Ptr<Ray>,
+        /// What they met.
+        hits: Ptr<Hit>,
+        /// Corners, nine floats a triangle.
+        triangles: Ptr<Pair>,
+        /// Surfaces before each run of primaries.
+        sums: Ptr<u32>,
+        /// Surfaces in all; the primary before which `limit` was reached.
+        taken: PtrMut<u32>,
+        /// The first `limit` of them.
+        surfaces: PtrMut<Surface>,
+        /// First primary.
+        start: u32,
+        /// Behind the last.
+        end: u32,
+        /// Surfaces wanted.
+        limit: u32,
+    }
+    @kernel "rays/secondary"
+    struct RaysSecondaryArgs {
+        /// Surfaces that rays leave.
+        surfaces: Ptr<Surface>,
+        /// Points of the unit square, 24-bit fixed point, one a sample.
+        points: Ptr<Pair>,
+        /// From `rays/surface`.
+        taken: Ptr<u32>,
+        /// Rays.
+        rays: PtrMut<Ray>,
+        /// Rays a surface.
+        samples: u32,
+        /// Surfaces wanted.
+        limit: u32,
+        /// Greatest t.
+        t_max: f32,
     }
 }
 

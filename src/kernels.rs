@@ -8,16 +8,14 @@ use core::marker::PhantomData;
 pub struct Kernel<A> {
     /// `stage/verb`: its file, its label, its row in a report, its name in an error.
     pub name: &'static str,
-    /// SPIR-V whose buffers are storage-buffer bindings.
-    pub bindings: &'static [u8],
-    /// SPIR-V whose buffers are device addresses.
-    pub addresses: &'static [u8],
+    /// SPIR-V without and with 64-bit loads.
+    pub spirv: [&'static [u8]; 2],
     args: PhantomData<fn(A)>,
 }
 
 impl<A> Kernel<A> {
-    const fn new(name: &'static str, bindings: &'static [u8], addresses: &'static [u8]) -> Self {
-        Self { name, bindings, addresses, args: PhantomData }
+    const fn new(name: &'static str, spirv: [&'static [u8]; 2]) -> Self {
+        Self { name, spirv, args: PhantomData }
     }
 }
 

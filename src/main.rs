@@ -1,2 +1,7 @@
 //! The `boxwood` command.
-fn main() {}
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    boxwood::cli::main()
+}

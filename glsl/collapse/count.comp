@@ -8,7 +8,7 @@ layout(constant_id = SPEC_ITEMS) const uint ITEMS = 1;
 // Triangles of child where it is a leaf of the packed tree, else 0.
 uint leaf_count(uint child) {
     if (child >= LEAF_BIT) return 1;
-    uint count = P(nodes).at[child].count;
+    uint count = COUNT_PARENT(nodes, child).x;
     return (count & COLLAPSED_BIT) != 0 ? count & ~COLLAPSED_BIT : 0;
 }
 
@@ -19,7 +19,8 @@ void main() {
     for (uint i = begin; i < end; ++i) {
         uint here = INVALID;
         if (is_kept(i)) {
-            here = leaf_count(P(nodes).at[i].left) + leaf_count(P(nodes).at[i].right);
+            uvec2 children = CHILDREN(nodes, i);
+            here = leaf_count(children.x) + leaf_count(children.y);
             triangles += here;
             ++kept;
         }

@@ -8,14 +8,15 @@ void main() {
     if (begin >= end) return;
     uint node = P(sums).at[group_index()] + P(before).at[2 * invocation_index()];
     // Both halves of sums were scanned as one: the second counts on from the number of kept nodes.
-    uint kept = P(sums).at[args.groups];
-    uint triangle = P(sums).at[args.groups + group_index()] - kept + P(before).at[2 * invocation_index() + 1];
+    uint all_kept = P(sums).at[args.groups];
+    uint triangle = P(sums).at[args.groups + group_index()] - all_kept + P(before).at[2 * invocation_index() + 1];
     for (uint i = begin; i < end; ++i) {
         uint here = P(leaf_triangles).at[i];
         bool is_kept = here != INVALID;
-        P(packed).at[i] = is_kept ? node : INVALID;
-        P(leaf_triangles).at[i] = triangle;
         if (is_kept) {
+            P(packed).at[i] = node;
+            P(kept).at[node] = i;
+            P(leaf_triangles).at[i] = triangle;
             ++node;
             triangle += here;
         }

@@ -1,13 +1,16 @@
-// Which raw nodes the packed tree keeps. A node goes where it, or a node above it, is collapsed into a leaf.
-bool is_collapsed(uint node) { return (P(nodes).at[node].count & COLLAPSED_BIT) != 0; }
+// Which raw nodes the packed tree keeps: those that are not collapsed, nor below one that is.
+
+// Count, with COLLAPSED_BIT, and parent of a raw node: its last pair.
+#define COUNT_PARENT(b, node) words_of(P(b).at[8u * (node) + 7u])
+// Its children.
+#define CHILDREN(b, node) words_of(P(b).at[8u * (node) + 6u])
 
 bool is_kept(uint node) {
     // Only nodes of at most max_leaf triangles can be collapsed, so the way up ends early.
-    uint count = P(nodes).at[node].count;
-    while (count <= args.max_leaf) {
-        node = P(nodes).at[node].parent;
-        if (node == INVALID) return true;
-        count = P(nodes).at[node].count;  // larger than any leaf where COLLAPSED_BIT is set
+    uvec2 here = COUNT_PARENT(nodes, node);
+    while (here.x <= args.max_leaf) {  // larger where COLLAPSED_BIT is set
+        if (here.y == INVALID) return true;
+        here = COUNT_PARENT(nodes, here.y);
     }
-    return (count & COLLAPSED_BIT) == 0;
+    return (here.x & COLLAPSED_BIT) == 0;
 }

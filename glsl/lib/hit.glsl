@@ -9,10 +9,8 @@ layout(constant_id = SPEC_LEAF_BITS) const uint LEAF_BITS = 3;
 uint leaf_first(uint reference) { return reference & ((1u << (31 - LEAF_BITS)) - 1u); }
 uint leaf_count(uint reference) { return ((reference & ~LEAF_BIT) >> (31 - LEAF_BITS)) + 1u; }
 
-float word(uint i) { return uintBitsToFloat(P(triangles).at[i]); }
-
 // Which side the perturbed origin (ε, ε²) has of an edge p → q through the origin: exactly one of two triangles
-// that share an edge, and of the fan around a vertex, owns the ray [Edelsbrunner90].
+// that share an edge, and of the fan around a vertex, owns the ray [EDELSBRUNNER90].
 float owner_side(vec2 p, vec2 q) {
     return q.y != p.y ? (q.y < p.y ? 1.0 : -1.0) : q.x != p.x ? (q.x > p.x ? 1.0 : -1.0) : 0.0;
 }
@@ -23,6 +21,9 @@ void decide_edge(vec2 p, vec2 q, inout float weight, out float side) {
     side = weight != 0.0 ? weight : owner_side(p, q);
 }
 
+// x, y, z in the order of s.axes.
+vec3 turned(Setup s, vec3 p) { return s.axes.z == 2 ? p : s.axes.z == 1 ? p.zxy : p.yzx; }
+
 // What a triangle test knows: the hit at t = depth / det, weights of the second and third corner = uv / det.
 struct Meeting {
     float depth;
@@ -30,14 +31,13 @@ struct Meeting {
     vec2 uv;
 };
 
-// [Woop13]: shears the triangle so that the ray is the z axis, then takes the signs of three 2-D edge functions.
+// [WOOP13]: shears the triangle so that the ray is the z axis, then takes the signs of three 2-D edge functions.
 // Differences: a function that rounds to 0 is decided exactly, and edges have owners. Rounding a product difference
-// never turns its sign, so only zeros need care. Corners are loaded in the order of s.axes, which saves selecting.
-bool meet_robust(Setup s, uint at, out Meeting m) {
-    uint x = at + s.axes.x, y = at + s.axes.y, z = at + s.axes.z;
-    precise vec3 a = vec3(word(x), word(y), word(z)) - s.origin;
-    precise vec3 b = vec3(word(x + 3), word(y + 3), word(z + 3)) - s.origin;
-    precise vec3 c = vec3(word(x + 6), word(y + 6), word(z + 6)) - s.origin;
+// never turns its sign, so only zeros need care. 
+bool meet_robust(Setup s, PackedTriangle t, out Meeting m) {
+    precise vec3 a = turned(s, t.a) - s.origin;
+    precise vec3 b = turned(s, t.b) - s.origin;
+    precise vec3 c = turned(s, t.c) - s.origin;
     precise vec2 p = a.xy - s.shear.xy * a.z;
     precise vec2 q = b.xy - s.shear.xy * b.z;
     precise vec2 r = c.xy - s.shear.xy * c.z;
@@ -60,21 +60,17 @@ bool meet_robust(Setup s, uint at, out Meeting m) {
     return true;
 }
 
-// [Moller97]. Leaks at edges and vertices.
-bool meet_fast(Setup s, uint at, out Meeting m) {
-    uvec3 k;  // where x, y, z stand in the order of s.axes
-    for (uint i = 0; i < 3; ++i) k[s.axes[i]] = i;
-    vec3 o = vec3(s.origin[k.x], s.origin[k.y], s.origin[k.z]);
-    vec3 a = vec3(word(at), word(at + 1), word(at + 2));
-    vec3 e1 = vec3(word(at + 3), word(at + 4), word(at + 5)) - a;
-    vec3 e2 = vec3(word(at + 6), word(at + 7), word(at + 8)) - a;
-    vec3 h = cross(s.direction, e2);
+// [MOLLER97]. Leaks at edges and vertices.
+bool meet_fast(Setup s, PackedTriangle t, out Meeting m) {
+    vec3 direction = turned(s, s.direction);
+    vec3 a = turned(s, t.a), e1 = turned(s, t.b) - a, e2 = turned(s, t.c) - a;
+    vec3 h = cross(direction, e2);
     float det = dot(e1, h);
     float sign_of = det < 0.0 ? -1.0 : 1.0;
-    vec3 from = o - a;
+    vec3 from = s.origin - a;
     float u = dot(from, h) * sign_of;
     vec3 q = cross(from, e1);
-    float v = dot(s.direction, q) * sign_of;
+    float v = dot(direction, q) * sign_of;
     if (det == 0.0 || u < 0.0 || v < 0.0 || u + v > abs(det)) return false;
     m = Meeting(dot(e2, q) * sign_of, abs(det), vec2(u, v));
     return true;
@@ -87,12 +83,11 @@ struct Nearest {
     vec2 uv;
 };
 
-// Tests triangle `place` of the packed tree. Of equal t the lower triangle index wins, so that neither the tree nor
-// the order of traversal shows in the result. Returns whether an any-hit query is answered.
-bool test_triangle(Setup s, uint place, inout Nearest nearest) {
-    uint at = place * TRIANGLE_WORDS;
+// Of equal t the lower triangle index wins, so that neither the tree nor the order of traversal shows in the result.
+// Returns whether an any-hit query is answered.
+bool meet_triangle(Setup s, PackedTriangle triangle, inout Nearest nearest) {
     Meeting m;
-    bool met = ROBUST != 0 ? meet_robust(s, at, m) : meet_fast(s, at, m);
+    bool met = ROBUST != 0 ? meet_robust(s, triangle, m) : meet_fast(s, triangle, m);
     if (!met) return false;
     if (ANY != 0) {
         // No division: t · |det| against the limits times |det|.
@@ -104,10 +99,9 @@ bool test_triangle(Setup s, uint place, inout Nearest nearest) {
     precise float over = 1.0 / m.det;
     precise float t = m.depth * over;
     if (!(t >= s.t_min && t <= nearest.t)) return false;
-    uint index = P(triangles).at[at + 9];
-    if (t == nearest.t && index >= nearest.triangle) return false;
+    if (t == nearest.t && triangle.index >= nearest.triangle) return false;
     nearest.t = t;
-    nearest.triangle = index;
+    nearest.triangle = triangle.index;
     nearest.uv = m.uv * over;
     return false;
 }

@@ -19,18 +19,19 @@ void merge(Aabb box_a, Cluster a, Aabb box_b, Cluster b, out Aabb box, out Clust
     // timing.
     cluster.node = b.rank - 1;
     cluster.rank = a.rank;
-    cluster.count = a.count + b.count;
-    // [Goldsmith87], [Wald07]: as an inner node, or as one leaf where that costs less.
+    uint count = (a.count & ~COLLAPSED_BIT) + (b.count & ~COLLAPSED_BIT);
+    // [GOLDSMITH87], [WALD07]: as an inner node, or as one leaf where that costs less.
     precise float area = half_area(box);
     precise float inner = args.traversal_cost * area + (a.cost + b.cost);
-    precise float leaf = (args.triangle_cost * area) * float(cluster.count);
-    bool collapsed = cluster.count <= args.max_leaf && leaf < inner;
+    precise float leaf = (args.triangle_cost * area) * float(count);
+    bool collapsed = count <= args.max_leaf && leaf < inner;
+    cluster.count = count | (collapsed ? COLLAPSED_BIT : 0u);
     cluster.cost = collapsed ? leaf : inner;
     node.left_bounds = box_a;
     node.right_bounds = box_b;
     node.left = a.node;
     node.right = b.node;
-    node.count = cluster.count | (collapsed ? COLLAPSED_BIT : 0u);
+    node.count = cluster.count;
     node.parent = INVALID;
 }
 
@@ -41,19 +42,20 @@ void merge_clusters(uint begin, uint end, uint from, uint to, uint place) {
         uint j = partner_of(i, key);
         bool mutual = P(nearest).at[j] == key;
         if (mutual && j < i) continue;
-        Aabb box = P(bounds).at[from + i];
-        Cluster cluster = P(clusters).at[from + i];
+        Aabb box = LOAD_Aabb(bounds, from + i);
+        Cluster cluster = LOAD_Cluster(clusters, from + i);
         if (mutual) {
             Aabb box_a = box;
-            Cluster a = cluster, b = P(clusters).at[from + j];
+            Cluster a = cluster, b = LOAD_Cluster(clusters, from + j);
             RawNode node;
-            merge(box_a, a, P(bounds).at[from + j], b, box, cluster, node);
-            P(nodes).at[cluster.node] = node;
-            if (a.node < LEAF_BIT) P(nodes).at[a.node].parent = cluster.node;
-            if (b.node < LEAF_BIT) P(nodes).at[b.node].parent = cluster.node;
+            merge(box_a, a, LOAD_Aabb(bounds, from + j), b, box, cluster, node);
+            STORE_RawNode(nodes, cluster.node, node)
+            // The last pair of a node is its count and its parent.
+            if (a.node < LEAF_BIT) P(nodes).at[8 * a.node + 7] = pair_of(uvec2(a.count, cluster.node));
+            if (b.node < LEAF_BIT) P(nodes).at[8 * b.node + 7] = pair_of(uvec2(b.count, cluster.node));
         }
-        P(bounds).at[to + place] = box;
-        P(clusters).at[to + place] = cluster;
+        STORE_Aabb(bounds, to + place, box)
+        STORE_Cluster(clusters, to + place, cluster)
         ++place;
     }
 }

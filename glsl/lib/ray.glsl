@@ -72,9 +72,10 @@ Setup prepare(Ray ray) {
 
     vec3 a = abs(d);
     s.axes = a.z >= a.x && a.z >= a.y ? uvec3(0, 1, 2) : a.y >= a.x ? uvec3(2, 0, 1) : uvec3(1, 2, 0);
-    s.origin = vec3(o[s.axes.x], o[s.axes.y], o[s.axes.z]);
-    precise float over = 1.0 / d[s.axes.z];
-    s.shear = vec3(d[s.axes.x] / d[s.axes.z], d[s.axes.y] / d[s.axes.z], over);
+    s.origin = s.axes.z == 2 ? o : s.axes.z == 1 ? o.zxy : o.yzx;
+    vec3 turned = s.axes.z == 2 ? d : s.axes.z == 1 ? d.zxy : d.yzx;
+    precise vec3 shear = vec3(turned.x, turned.y, 1.0) / turned.z;
+    s.shear = shear;
     return s;
 }
 

@@ -11,10 +11,10 @@ void main() {
     vec3 lo = vec3(3.4e38), hi = vec3(-3.4e38);
     uint count = 0;
     for (uint i = begin; i < end; ++i) {
-        vec3 a = CORNER(triangles, i, 0u), b = CORNER(triangles, i, 1u), c = CORNER(triangles, i, 2u);
-        if (!hittable(a, b, c)) continue;
-        lo = min(lo, min(a, min(b, c)));
-        hi = max(hi, max(a, max(b, c)));
+        Corners t = LOAD_CORNERS(triangles, i);
+        if (!hittable(t)) continue;
+        lo = min(lo, min(t.a, min(t.b, t.c)));
+        hi = max(hi, max(t.a, max(t.b, t.c)));
         ++count;
     }
     // One atomic a subgroup, not one an invocation.

@@ -37,14 +37,14 @@ void main() {
     float scale = longest > 1e-37 && longest < 1e37 ? reciprocal(longest) : 0.0;
     uint ones = 0, zeros = 0, low_ones = 0, low_zeros = 0;
     for (uint i = begin; i < end; ++i) {
-        vec3 a = CORNER(triangles, i, 0u), b = CORNER(triangles, i, 1u), c = CORNER(triangles, i, 2u);
+        Corners t = LOAD_CORNERS(triangles, i);
         P(order).at[i] = i;
-        if (!hittable(a, b, c)) {
+        if (!hittable(t)) {
             P(keys).at[i] = UNHITTABLE_KEY;
             if (args.wide != 0) P(low_keys).at[i] = 0;
             continue;
         }
-        precise vec3 least = min(a, min(b, c)), greatest = max(a, max(b, c));
+        precise vec3 least = min(t.a, min(t.b, t.c)), greatest = max(t.a, max(t.b, t.c));
         precise vec3 centre = ((least * 0.5 - lo * 0.5) + (greatest * 0.5 - lo * 0.5)) * (0.5 * scale);
         // 21 bits an axis; the upper ten of each are the 30-bit code.
         precise vec3 cell = centre * 2097152.0;

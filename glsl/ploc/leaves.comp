@@ -9,15 +9,16 @@ void main() {
     uint begin = invocation_index() * ITEMS;
     uint end = min(begin + ITEMS, args.count);
     for (uint i = begin; i < end; ++i) {
-        uint t = P(order).at[i];
-        vec3 a = CORNER(triangles, t, 0u), b = CORNER(triangles, t, 1u), c = CORNER(triangles, t, 2u);
+        uint triangle = P(order).at[i];
+        Corners t = LOAD_CORNERS(triangles, triangle);
         // Not min and max: of −0 and +0 they take either, and −0 makes another tree.
-        vec3 least = least_of(a, least_of(b, c)), greatest = greatest_of(a, greatest_of(b, c));
+        vec3 least = least_of(t.a, least_of(t.b, t.c)), greatest = greatest_of(t.a, greatest_of(t.b, t.c));
         precise vec3 lo = least * args.scale - args.anchor;
         precise vec3 hi = greatest * args.scale - args.anchor;
         Aabb box = Aabb(lo, hi);
         precise float cost = args.triangle_cost * half_area(box);
-        P(bounds).at[i] = box;
-        P(clusters).at[i] = Cluster(LEAF_BIT | i, i, 1, cost);
+        Cluster cluster = Cluster(LEAF_BIT | i, i, 1, cost);
+        STORE_Aabb(bounds, i, box)
+        STORE_Cluster(clusters, i, cluster)
     }
 }

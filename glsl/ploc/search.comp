@@ -17,12 +17,12 @@ void main() {
     uint least[RADIUS];
     [[unroll]] for (uint k = 0; k < RADIUS; ++k) {
         window[k] = FAR;
-        if (begin > k) window[k] = P(bounds).at[from + begin - 1 - k];
+        if (begin > k) window[k] = LOAD_Aabb(bounds, from + begin - 1 - k);
         least[k] = INVALID;
     }
     for (uint j = begin; j < end + RADIUS; ++j) {
         Aabb box = FAR;
-        if (j < count) box = P(bounds).at[from + j];
+        if (j < count) box = LOAD_Aabb(bounds, from + j);
         uint mine = INVALID;
         [[unroll]] for (uint k = 0; k < RADIUS; ++k) {
             uint key = pair_key(window[k], box, j - 1 - k, k + 1);
@@ -31,9 +31,10 @@ void main() {
         }
         // Cluster j − RADIUS has met all its neighbours.
         if (j >= begin + RADIUS) P(nearest).at[j - RADIUS] = least[RADIUS - 1];
-        [[unroll]] for (uint k = RADIUS - 1; k > 0; --k) {
-            window[k] = window[k - 1];
-            least[k] = least[k - 1];
+        // Rising, for a falling loop would not be unrolled by lavapipe, and the window would leave the registers.
+        [[unroll]] for (uint k = 1; k < RADIUS; ++k) {
+            window[RADIUS - k] = window[RADIUS - k - 1];
+            least[RADIUS - k] = least[RADIUS - k - 1];
         }
         window[0] = box;
         least[0] = mine;

@@ -31,7 +31,7 @@ void main() {
     }
     if (me == 0) {
         uint last = (rounds & 1u) * args.capacity;
-        Cluster cluster = P(clusters).at[last];
-        P(root).at[0] = PlocRoot(cluster.node, rounds, stalled, cluster.cost, P(bounds).at[last]);
+        Cluster cluster = LOAD_Cluster(clusters, last);
+        P(root).at[0] = PlocRoot(cluster.node, rounds, stalled, cluster.cost, LOAD_Aabb(bounds, last));
     }
 }

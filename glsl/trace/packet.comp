@@ -3,13 +3,14 @@
 // a node is fetched once a packet and visited if any ray hits it.
 #include "lib/ray.glsl"
 #include "lib/hit.glsl"
+#include "lib/packet.glsl"
 
 layout(constant_id = SPEC_STACK) const uint STACK = 64;
 
 void main() {
     uint ray = ray_index();
     bool active_ray = ray < args.count;
-    Setup s = prepare(P(rays).at[min(ray, args.count - 1)]);
+    Setup s = prepare(LOAD_Ray(rays, min(ray, args.count - 1)));
     active_ray = active_ray && s.valid;
     Nearest nearest = Nearest(active_ray ? s.t_max : uintBitsToFloat(0xff800000u), INVALID, vec2(0.0));
     Tests tests = Tests(0, 0);
@@ -20,7 +21,7 @@ void main() {
     uint node = args.root;
     while (node != INVALID) {
         if (node < LEAF_BIT) {
-            Node n = P(nodes).at[node];
+            Node n = shared_node(node);
             vec3 n0 = mix(n.left_bounds.lo, n.left_bounds.hi, negative) * s.inverse + s.near;
             vec3 f0 = mix(n.left_bounds.hi, n.left_bounds.lo, negative) * s.inverse + s.far;
             vec3 n1 = mix(n.right_bounds.lo, n.right_bounds.hi, negative) * s.inverse + s.near;
@@ -50,7 +51,8 @@ void main() {
             for (; place < end; ++place) {
                 bool wanted = active_ray && (ANY == 0 || nearest.triangle == INVALID);
                 if (COUNT != 0 && wanted) tests.triangles += 1;
-                if (wanted) test_triangle(s, place, nearest);
+                PackedTriangle triangle = shared_triangle(place);
+                if (wanted) meet_triangle(s, triangle, nearest);
             }
             if (ANY != 0) {
                 if (nearest.triangle != INVALID) nearest.t = uintBitsToFloat(0xff800000u);
@@ -61,7 +63,8 @@ void main() {
         node = subgroupBroadcastFirst(node);
     }
     if (ray < args.count) {
-        P(hits).at[ray] = hit_of(s, nearest);
-        if (COUNT != 0) P(tests).at[ray] = tests;
+        Hit hit = hit_of(s, nearest);
+        STORE_Hit(hits, ray, hit)
+        if (COUNT != 0) STORE_Tests(tests, ray, tests)
     }
 }

@@ -11,8 +11,10 @@ use crate::kernels;
 
 /// Which raw nodes the packed tree keeps, and where they go.
 pub(super) struct Kept {
-    /// Packed index of each raw node, or [`crate::abi::INVALID`].
+    /// Packed index of each kept raw node.
     pub packed: Buffer<u32>,
+    /// The kept raw nodes, in order.
+    pub nodes: Buffer<u32>,
     /// First triangle of the leaves directly below each.
     pub leaf_triangles: Buffer<u32>,
     /// Nodes kept; 0 where the whole scene is one leaf.
@@ -29,6 +31,7 @@ pub(super) fn number(build: &mut Build<'_>, tree: &RawTree) -> Result<Kept> {
     let groups = nodes.div_ceil(shape.workgroup * shape.items);
     let kept = Kept {
         packed: build.buffer("collapse.packed", nodes as usize)?,
+        nodes: build.buffer("collapse.kept", nodes as usize)?,
         leaf_triangles: build.buffer("collapse.leaf_triangles", nodes as usize)?,
         count: 0,
         root: 0,
@@ -69,6 +72,7 @@ pub(super) fn number(build: &mut Build<'_>, tree: &RawTree) -> Result<Kept> {
             sums: sums.ptr(),
             leaf_triangles: kept.leaf_triangles.ptr_mut(),
             packed: kept.packed.ptr_mut(),
+            kept: kept.nodes.ptr_mut(),
             count: nodes,
             groups,
         },

@@ -6,7 +6,7 @@ use super::ploc::RawTree;
 use super::sort::Order;
 use super::{Build, Bvh, Result, leaf_bits};
 use crate::abi::{
-    Aabb, INVALID, LayoutLeafArgs, LayoutPackArgs, Node, PlocRoot, SPEC_ITEMS, SPEC_LEAF_BITS, SPEC_WG,
+    Aabb, INVALID, LayoutLeafArgs, LayoutNodesArgs, LayoutTrianglesArgs, Node, PlocRoot, SPEC_ITEMS, SPEC_LEAF_BITS, SPEC_WG,
     TRIANGLE_WORDS,
 };
 use crate::kernels;
@@ -18,9 +18,13 @@ pub(super) fn pack(build: &mut Build<'_>, order: Order, tree: RawTree, kept: Kep
     let bits = leaf_bits(build.recipe.collapse.max_leaf);
     let whole_leaf = n > 0 && kept.count == 0;
     let node_count = if whole_leaf { 1 } else { kept.count as usize };
+    build.peak_before_tree = build.device.peak_memory();
     let nodes = build.buffer::<Node>("bvh.nodes", node_count)?;
     let triangles = build.buffer::<u32>("bvh.triangles", n * TRIANGLE_WORDS as usize)?;
+    let sequence = build.buffer::<u32>("layout.sequence", n)?;
     let mut rec = build.recorder()?;
+    let constants = [(SPEC_WG, shape.workgroup), (SPEC_ITEMS, shape.items), (SPEC_LEAF_BITS, bits)];
+    let tile = shape.workgroup * shape.items;
     if whole_leaf {
         rec.dispatch(
             &kernels::LAYOUT_LEAF,
@@ -29,33 +33,40 @@ pub(super) fn pack(build: &mut Build<'_>, order: Order, tree: RawTree, kept: Kep
             LayoutLeafArgs {
                 raw: tree.nodes.ptr(),
                 root: tree.root_buffer.ptr(),
-                source: build.scene.triangles.ptr(),
                 order: order.triangles.ptr(),
                 nodes: nodes.ptr_mut(),
-                triangles: triangles.ptr_mut(),
-                count: tree.count,
-                scale: space.scale,
+                sequence: sequence.ptr_mut(),
             },
         )?;
-    } else if n > 0 {
-        let raw_count = tree.count - 1;
+    } else {
         rec.dispatch(
-            &kernels::LAYOUT_PACK,
-            &[(SPEC_WG, shape.workgroup), (SPEC_ITEMS, shape.items), (SPEC_LEAF_BITS, bits)],
-            raw_count.div_ceil(shape.workgroup * shape.items),
-            LayoutPackArgs {
+            &kernels::LAYOUT_NODES,
+            &constants,
+            kept.count.div_ceil(tile),
+            LayoutNodesArgs {
                 raw: tree.nodes.ptr(),
+                kept: kept.nodes.ptr(),
                 packed: kept.packed.ptr(),
                 leaf_triangles: kept.leaf_triangles.ptr(),
-                source: build.scene.triangles.ptr(),
                 order: order.triangles.ptr(),
                 nodes: nodes.ptr_mut(),
-                triangles: triangles.ptr_mut(),
-                count: raw_count,
-                scale: space.scale,
+                sequence: sequence.ptr_mut(),
+                count: kept.count,
             },
         )?;
     }
+    rec.dispatch(
+        &kernels::LAYOUT_TRIANGLES,
+        &constants[..2],
+        tree.count.div_ceil(tile),
+        LayoutTrianglesArgs {
+            source: build.scene.triangles.ptr().cast(),
+            sequence: sequence.ptr(),
+            triangles: triangles.ptr_mut().cast(),
+            count: tree.count,
+            scale: space.scale,
+        },
+    )?;
     build.run(rec)?;
     let PlocRoot { rounds, cost, bounds, .. } = tree.root;
     let area = half_area(&bounds);

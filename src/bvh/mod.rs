@@ -46,9 +46,11 @@ pub struct Stages {
     pub nodes: Vec<RawNode>,
     /// Its root; none where there is no triangle.
     pub root: Option<PlocRoot>,
-    /// Packed index of each raw node; [`crate::abi::INVALID`] where it isn't kept.
+    /// The raw nodes that are kept, in order.
+    pub kept: Vec<u32>,
+    /// Packed index of each raw node; what isn't kept holds anything.
     pub packed: Vec<u32>,
-    /// First triangle of the leaves directly below each raw node.
+    /// First triangle of the leaves directly below each raw node, likewise.
     pub leaf_triangles: Vec<u32>,
 }
 
@@ -60,6 +62,8 @@ struct Build<'a> {
     timing: Timing,
     times: Times,
     explain: Vec<String>,
+    /// Most memory in use before the tree's own was allocated, bytes.
+    peak_before_tree: u64,
 }
 
 impl Build<'_> {
@@ -162,7 +166,7 @@ fn run(
 
     let start = Instant::now();
     let before = device.track_memory();
-    let mut build = Build { device, scene, recipe, timing, times: Times::default(), explain: vec![] };
+    let mut build = Build { device, scene, recipe, timing, times: Times::default(), explain: vec![], peak_before_tree: 0 };
     let (codes, space) = morton::encode(&mut build)?;
     if let Some(s) = &mut stages {
         s.keys = codes.keys.read()?;
@@ -176,11 +180,13 @@ fn run(
         s.order = order.triangles.read_first(order.count as usize)?;
         s.nodes = tree.nodes.read()?;
         s.root = (tree.count > 0).then_some(tree.root);
+        s.kept = kept.nodes.read_first(kept.count as usize)?;
         s.packed = kept.packed.read()?;
         s.leaf_triangles = kept.leaf_triangles.read()?;
     }
     let bvh = layout::pack(&mut build, order, tree, kept, space)?;
     let wall_ms = start.elapsed().as_secs_f64() * 1e3;
-    let scratch_bytes = device.peak_memory().saturating_sub(before + bvh.bytes());
+    let with_tree = device.peak_memory().saturating_sub(bvh.bytes());
+    let scratch_bytes = with_tree.max(build.peak_before_tree).saturating_sub(before);
     Ok(Built { bvh, times: build.times, wall_ms, scratch_bytes, explain: build.explain })
 }

@@ -1,4 +1,4 @@
-//! Scene bounds and Morton codes [Morton66, Karras12].
+//! Scene bounds and Morton codes \[MORTON66, KARRAS12\].
 
 use super::{Build, Morton, Result};
 use crate::abi::{
@@ -68,7 +68,7 @@ pub(super) fn encode(build: &mut Build<'_>) -> Result<(Codes, Space)> {
         &[(SPEC_WG, shape.workgroup), (SPEC_ITEMS, shape.items)],
         groups,
         MortonBoundsArgs {
-            triangles: build.scene.triangles.ptr(),
+            triangles: build.scene.triangles.ptr().cast(),
             bounds: codes.bounds.ptr_mut(),
             count: n as u32,
         },
@@ -94,7 +94,7 @@ fn finish(build: &mut Build<'_>, mut rec: crate::device::Recorder, codes: &mut C
         &[(SPEC_WG, shape.workgroup), (SPEC_ITEMS, shape.items)],
         n.div_ceil(shape.workgroup * shape.items),
         MortonEncodeArgs {
-            triangles: build.scene.triangles.ptr(),
+            triangles: build.scene.triangles.ptr().cast(),
             bounds: codes.bounds.ptr_mut(),
             keys: codes.keys.ptr_mut(),
             low_keys: codes.low_keys.as_ref().map_or(PtrMut::new(0), Buffer::ptr_mut),

@@ -13,56 +13,40 @@ use std::sync::atomic::Ordering;
 /// Bytes that one staging copy moves.
 const STAGING: usize = 32 << 20;
 
-/// A Vulkan buffer and its memory.
+/// A Vulkan buffer and its memory, owned by nobody.
+pub(super) struct Memory {
+    pub(super) raw: vk::Buffer,
+    pub(super) address: u64,
+    pub(super) bytes: u64,
+    pub(super) location: MemoryLocation,
+    pub(super) allocation: Option<ga::Allocation>,
+}
+
+/// A buffer in use.
 pub(super) struct Allocated {
     pub(super) raw: vk::Buffer,
     pub(super) address: u64,
     pub(super) bytes: u64,
+    location: MemoryLocation,
     allocation: Option<ga::Allocation>,
     device: Arc<Device>,
 }
 
 impl Allocated {
     pub(super) fn new(device: &Arc<Device>, name: &str, bytes: u64, location: MemoryLocation) -> Result<Self> {
-        use vk::BufferUsageFlags as U;
         let bytes = bytes.max(16).next_multiple_of(16);
-        let usage = U::TRANSFER_SRC
-            | U::TRANSFER_DST
-            | U::STORAGE_BUFFER
-            | U::INDIRECT_BUFFER
-            | U::SHADER_DEVICE_ADDRESS;
-        let info = vk::BufferCreateInfo::default().size(bytes).usage(usage);
-        // SAFETY: the device is alive; the info is complete.
-        let raw = unsafe { device.raw.create_buffer(&info, None) }.context(name)?;
-        // SAFETY: `raw` was just made by this device.
-        let requirements = unsafe { device.raw.get_buffer_memory_requirements(raw) };
+        let memory = match device.take_spare(bytes, location) {
+            Some(memory) => memory,
+            None => create(device, name, bytes, location).or_else(|e| {
+                // What lies spare may be just what is missing.
+                device.free_spare();
+                if matches!(e, DeviceError::Memory { .. }) { create(device, name, bytes, location) } else { Err(e) }
+            })?,
+        };
         let now = device.in_use.fetch_add(bytes, Ordering::Relaxed) + bytes;
         device.peak.fetch_max(now, Ordering::Relaxed);
-        let allocation = lock(&device.allocator).allocate(&ga::AllocationCreateDesc {
-            name,
-            requirements,
-            location,
-            linear: true,
-            allocation_scheme: ga::AllocationScheme::GpuAllocatorManaged,
-        });
-        let mut buffer = Self { raw, address: 0, bytes, allocation: None, device: device.clone() };
-        let allocation = allocation.map_err(|source| match source {
-            gpu_allocator::AllocationError::OutOfMemory => DeviceError::Memory {
-                what: name.into(),
-                needed: bytes.div_ceil(1 << 20),
-                available: device.memory_free() >> 20,
-                device: device.info.name.clone(),
-            },
-            source => DeviceError::Allocation { what: name.into(), bytes, source },
-        })?;
-        // SAFETY: memory of the buffer's own requirements, bound once.
-        unsafe { device.raw.bind_buffer_memory(raw, allocation.memory(), allocation.offset()) }.context(name)?;
-        buffer.allocation = Some(allocation);
-        let info = vk::BufferDeviceAddressInfo::default().buffer(raw);
-        // SAFETY: the buffer has memory and the address usage.
-        buffer.address = unsafe { device.raw.get_buffer_device_address(&info) };
-        lock(&device.live).insert(buffer.address, (raw, bytes));
-        Ok(buffer)
+        let Memory { raw, address, bytes, location, allocation } = memory;
+        Ok(Self { raw, address, bytes, location, allocation, device: device.clone() })
     }
 
     /// The memory as host bytes, where it is mapped.
@@ -73,11 +57,55 @@ impl Allocated {
 
 impl Drop for Allocated {
     fn drop(&mut self) {
-        if self.address != 0 {
-            lock(&self.device.live).remove(&self.address);
-        }
-        self.device.discard(self.raw, self.allocation.take(), self.bytes);
+        let Self { raw, address, bytes, location, .. } = *self;
+        self.device.discard(Memory { raw, address, bytes, location, allocation: self.allocation.take() });
     }
+}
+
+/// A new buffer with memory of its own.
+fn create(device: &Device, name: &str, bytes: u64, location: MemoryLocation) -> Result<Memory> {
+    use vk::BufferUsageFlags as U;
+    let usage =
+        U::TRANSFER_SRC | U::TRANSFER_DST | U::STORAGE_BUFFER | U::INDIRECT_BUFFER | U::SHADER_DEVICE_ADDRESS;
+    let info = vk::BufferCreateInfo::default().size(bytes).usage(usage);
+    // SAFETY: the device is alive; the info is complete.
+    let raw = unsafe { device.raw.create_buffer(&info, None) }.context(name)?;
+    let mut memory = Memory { raw, address: 0, bytes, location, allocation: None };
+    // SAFETY: `raw` was just made by this device.
+    let requirements = unsafe { device.raw.get_buffer_memory_requirements(raw) };
+    let allocation = lock(&device.allocator).allocate(&ga::AllocationCreateDesc {
+        name,
+        requirements,
+        location,
+        linear: true,
+        allocation_scheme: ga::AllocationScheme::GpuAllocatorManaged,
+    });
+    let allocation = match allocation {
+        Ok(allocation) => allocation,
+        Err(source) => {
+            device.free(memory);
+            return Err(match source {
+                gpu_allocator::AllocationError::OutOfMemory => DeviceError::Memory {
+                    what: name.into(),
+                    needed: bytes.div_ceil(1 << 20),
+                    available: device.memory_free() >> 20,
+                    device: device.info.name.clone(),
+                },
+                source => DeviceError::Allocation { what: name.into(), bytes, source },
+            });
+        }
+    };
+    // SAFETY: memory of the buffer's own requirements, bound once.
+    let bound = unsafe { device.raw.bind_buffer_memory(raw, allocation.memory(), allocation.offset()) };
+    memory.allocation = Some(allocation);
+    if let Err(result) = bound {
+        device.free(memory);
+        return Err(result).context(name);
+    }
+    let info = vk::BufferDeviceAddressInfo::default().buffer(raw);
+    // SAFETY: the buffer has memory and the address usage.
+    memory.address = unsafe { device.raw.get_buffer_device_address(&info) };
+    Ok(memory)
 }
 
 /// `len` elements of `T` in device memory.

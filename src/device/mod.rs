@@ -12,29 +12,19 @@ mod shape;
 pub use buffer::Buffer;
 pub use error::{DeviceError, Result};
 pub use recorder::{Pass, Recorder, Timing, Times};
-pub use select::{DeviceInfo, Feature};
+pub use select::{DeviceInfo, Feature, choose};
 pub use shape::Shape;
 
 use ash::vk;
 use error::Context;
 use gpu_allocator::vulkan as ga;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 use std::ffi::{CStr, c_void};
 use std::mem::ManuallyDrop;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 const VALIDATION: &CStr = c"VK_LAYER_KHRONOS_validation";
-
-/// How a kernel reaches its buffers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Pointers {
-    /// As bindings where every buffer fits one, else as addresses.
-    #[default]
-    Auto,
-    /// Always as device addresses: for tests, and drivers that like them better.
-    Addresses,
-}
 
 /// How to open a device.
 #[derive(Debug, Clone, Default)]
@@ -43,8 +33,8 @@ pub struct Options {
     pub device: Option<String>,
     /// Validation layers (core, synchronization, GPU-assisted); messages gather in [`Device::messages`].
     pub validation: bool,
-    /// How kernels reach buffers.
-    pub pointers: Pointers,
+    /// Never load two words at a time, even where the device has 64-bit integers: for tests.
+    pub narrow_loads: bool,
     /// Kernel shapes; none: those that suit the device. Results don't depend on them, which tests check by this.
     pub shape: Option<Shape>,
 }
@@ -71,19 +61,20 @@ struct Instance {
 pub struct Device {
     info: DeviceInfo,
     shape: Shape,
-    pointers: Pointers,
+    /// Whether kernels load two words at a time.
+    wide_loads: bool,
     raw: ash::Device,
     labels: Option<ash::ext::debug_utils::Device>,
     physical: vk::PhysicalDevice,
     queue: Mutex<vk::Queue>,
     allocator: ManuallyDrop<Mutex<ga::Allocator>>,
-    /// Live buffers by device address.
-    live: Mutex<BTreeMap<u64, (vk::Buffer, u64)>>,
     pipelines: Mutex<HashMap<pipeline::Key, pipeline::Pipeline>>,
     /// Recorders that may still submit work on any buffer.
     recorders: AtomicUsize,
-    /// Buffers dropped while there were such recorders: freed with the last of them.
-    dropped: Mutex<Vec<(vk::Buffer, Option<ga::Allocation>, u64)>>,
+    /// Buffers dropped while there were such recorders: spare with the last of them.
+    dropped: Mutex<Vec<buffer::Memory>>,
+    /// Buffers to use again: fresh memory costs page faults, a third of a build's time on a software driver.
+    spare: Mutex<Vec<buffer::Memory>>,
     /// Bytes of all live buffers, and the most there were since [`Device::track_memory`].
     in_use: AtomicU64,
     peak: AtomicU64,
@@ -211,6 +202,8 @@ impl Device {
             tracing::warn!("{}: {warning}", info.name);
         }
 
+        let wide_loads = info.has_int64 && !options.narrow_loads;
+        let core = vk::PhysicalDeviceFeatures::default().shader_int64(wide_loads);
         let mut v12 = vk::PhysicalDeviceVulkan12Features::default()
             .buffer_device_address(true)
             .scalar_block_layout(true);
@@ -224,6 +217,7 @@ impl Device {
         let create = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
             .enabled_extension_names(&extensions)
+            .enabled_features(&core)
             .push_next(&mut v12);
         // SAFETY: the features and extensions asked for were found present by `inspect`.
         let raw = unsafe { instance.raw.create_device(physical, &create, None) }.context("vkCreateDevice")?;
@@ -242,16 +236,16 @@ impl Device {
         Ok(Arc::new(Self {
             shape: options.shape.clone().unwrap_or_else(|| Shape::of(&info)),
             info,
-            pointers: options.pointers,
+            wide_loads,
             raw,
             labels,
             physical,
             queue: Mutex::new(queue),
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
-            live: Mutex::default(),
             pipelines: Mutex::default(),
             recorders: AtomicUsize::new(0),
             dropped: Mutex::default(),
+            spare: Mutex::default(),
             in_use: AtomicU64::new(0),
             peak: AtomicU64::new(0),
             instance,
@@ -273,25 +267,49 @@ impl Device {
         lock(&self.instance.messages).clone()
     }
 
-    /// Takes a buffer that is no longer needed, and frees it as soon as no recorder can refer to it.
-    fn discard(&self, raw: vk::Buffer, allocation: Option<ga::Allocation>, bytes: u64) {
-        lock(&self.dropped).push((raw, allocation, bytes));
+    /// Takes a buffer that is no longer needed; spare as soon as no recorder can refer to it.
+    fn discard(&self, memory: buffer::Memory) {
+        lock(&self.dropped).push(memory);
         if self.recorders.load(Ordering::SeqCst) == 0 {
             self.bury();
         }
     }
 
-    /// Frees dropped buffers. Only where no recorder is left.
+    /// Makes dropped buffers spare. Only where no recorder is left.
     fn bury(&self) {
-        for (raw, allocation, bytes) in lock(&self.dropped).drain(..) {
-            self.in_use.fetch_sub(bytes, Ordering::Relaxed);
-            if let Some(allocation) = allocation {
-                // The allocator only refuses what it did not allocate.
-                let _ = lock(&self.allocator).free(allocation);
-            }
-            // SAFETY: no recorder refers to it and no submit is pending; destroyed once.
-            unsafe { self.raw.destroy_buffer(raw, None) };
+        let dropped: Vec<_> = lock(&self.dropped).drain(..).collect();
+        self.in_use.fetch_sub(dropped.iter().map(|m| m.bytes).sum(), Ordering::Relaxed);
+        let mut spare = lock(&self.spare);
+        spare.extend(dropped);
+        // The oldest go first.
+        let mut excess = spare.iter().map(|m| m.bytes).sum::<u64>().saturating_sub(self.info.memory / 8);
+        while excess > 0 && !spare.is_empty() {
+            let oldest = spare.remove(0);
+            excess = excess.saturating_sub(oldest.bytes);
+            self.free(oldest);
         }
+    }
+
+    /// A spare buffer of just this size and kind of memory.
+    fn take_spare(&self, bytes: u64, location: gpu_allocator::MemoryLocation) -> Option<buffer::Memory> {
+        let mut spare = lock(&self.spare);
+        let at = spare.iter().rposition(|m| m.bytes == bytes && m.location == location)?;
+        Some(spare.remove(at))
+    }
+
+    /// Gives all spare buffers back to the driver.
+    fn free_spare(&self) {
+        let spare: Vec<_> = lock(&self.spare).drain(..).collect();
+        spare.into_iter().for_each(|m| self.free(m));
+    }
+
+    fn free(&self, memory: buffer::Memory) {
+        if let Some(allocation) = memory.allocation {
+            // The allocator only refuses what it did not allocate.
+            let _ = lock(&self.allocator).free(allocation);
+        }
+        // SAFETY: no recorder refers to it and no submit is pending; destroyed once.
+        unsafe { self.raw.destroy_buffer(memory.raw, None) };
     }
 
     /// Starts watching for the most memory in use; returns what is in use now, bytes.
@@ -308,9 +326,9 @@ impl Device {
 
     /// Device-local memory free for this process, bytes: the driver's budget, else the whole heap.
     pub fn memory_free(&self) -> u64 {
-        select::inspect(&self.instance.raw, self.physical, self.info.index)
-            .memory_free
-            .unwrap_or(self.info.memory)
+        let driver = select::inspect(&self.instance.raw, self.physical, self.info.index);
+        let spare: u64 = lock(&self.spare).iter().map(|m| m.bytes).sum();
+        driver.memory_free.map_or(self.info.memory, |free| free + spare)
     }
 
     /// Refuses work that the device's memory can't hold.
@@ -338,6 +356,7 @@ impl Drop for Device {
         for pipeline in lock(&self.pipelines).values() {
             pipeline.destroy(&self.raw);
         }
+        self.free_spare();
         // SAFETY: dropped once, here, before the device that it allocates from.
         unsafe { ManuallyDrop::drop(&mut self.allocator) };
         // SAFETY: everything made from the device is gone.

@@ -1,19 +1,18 @@
-//! Compute pipelines, made at first use and kept: one a kernel, pointer kind and set of specialization constants.
+//! Compute pipelines, made at first use and kept: one a kernel and set of specialization constants.
 
 use super::error::{Context, Result};
 use super::{Device, lock};
-use crate::abi::{Args, Member, PUSH_BYTES};
+use crate::abi::{Args, PUSH_BYTES};
 use crate::kernels::Kernel;
 use ash::vk;
 
-/// What a pipeline is made for: kernel name, addresses, specialization constants.
-pub(super) type Key = (&'static str, bool, Vec<(u32, u32)>);
+/// What a pipeline is made for: kernel name, specialization constants.
+pub(super) type Key = (&'static str, Vec<(u32, u32)>);
 
 #[derive(Clone, Copy)]
 pub(super) struct Pipeline {
     pub(super) raw: vk::Pipeline,
     pub(super) layout: vk::PipelineLayout,
-    pub(super) set_layout: vk::DescriptorSetLayout,
 }
 
 impl Pipeline {
@@ -22,14 +21,7 @@ impl Pipeline {
         unsafe { device.destroy_pipeline(self.raw, None) };
         // SAFETY: as above.
         unsafe { device.destroy_pipeline_layout(self.layout, None) };
-        // SAFETY: as above.
-        unsafe { device.destroy_descriptor_set_layout(self.set_layout, None) };
     }
-}
-
-/// The members of `A` that point to buffers.
-pub(super) fn pointers<A: Args>() -> impl Iterator<Item = &'static Member> {
-    A::STRUCT.members.iter().filter(|m| m.is_pointer())
 }
 
 impl Device {
@@ -37,36 +29,20 @@ impl Device {
     pub(super) fn pipeline<A: Args>(
         &self,
         kernel: &Kernel<A>,
-        addresses: bool,
         constants: &[(u32, u32)],
     ) -> Result<Pipeline> {
-        let key: Key = (kernel.name, addresses, constants.to_vec());
+        let key: Key = (kernel.name, constants.to_vec());
         if let Some(p) = lock(&self.pipelines).get(&key) {
             return Ok(*p);
         }
-        let count = if addresses { 0 } else { pointers::<A>().count() as u32 };
-        let bindings: Vec<_> = (0..count)
-            .map(|i| {
-                vk::DescriptorSetLayoutBinding::default()
-                    .binding(i)
-                    .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
-                    .descriptor_count(1)
-                    .stage_flags(vk::ShaderStageFlags::COMPUTE)
-            })
-            .collect();
-        let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
-        // SAFETY: the info outlives the call.
-        let set_layout =
-            unsafe { self.raw.create_descriptor_set_layout(&info, None) }.context(kernel.name)?;
-        let set_layouts = [set_layout];
         let push = [vk::PushConstantRange::default()
             .stage_flags(vk::ShaderStageFlags::COMPUTE)
             .size(PUSH_BYTES as u32)];
-        let info = vk::PipelineLayoutCreateInfo::default().set_layouts(&set_layouts).push_constant_ranges(&push);
-        // SAFETY: the set layout was just made.
+        let info = vk::PipelineLayoutCreateInfo::default().push_constant_ranges(&push);
+        // SAFETY: the info outlives the call.
         let layout = unsafe { self.raw.create_pipeline_layout(&info, None) }.context(kernel.name)?;
 
-        let bytes = if addresses { kernel.addresses } else { kernel.bindings };
+        let bytes = kernel.spirv[usize::from(self.wide_loads)];
         let words: Vec<u32> = bytemuck::pod_collect_to_vec(bytes);
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
         // SAFETY: SPIR-V that shaderc made and the build checked.
@@ -94,7 +70,7 @@ impl Device {
         // SAFETY: no longer needed once the pipeline is made.
         unsafe { self.raw.destroy_shader_module(module, None) };
         let raw = made.map_err(|e| e.1).context(kernel.name)?[0];
-        let pipeline = Pipeline { raw, layout, set_layout };
+        let pipeline = Pipeline { raw, layout };
         lock(&self.pipelines).insert(key, pipeline);
         Ok(pipeline)
     }

@@ -2,8 +2,7 @@
 
 use super::buffer::Allocated;
 use super::error::{Context, DeviceError, Result};
-use super::pipeline::pointers;
-use super::{Buffer, Device, Pointers, lock};
+use super::{Buffer, Device, lock};
 use crate::abi::{Args, PUSH_BYTES};
 use crate::kernels::Kernel;
 use ash::vk;
@@ -15,8 +14,6 @@ use std::time::{Duration, Instant};
 
 /// Passes that one recorder can stamp.
 const STAMPS: u32 = 4096;
-/// Descriptor sets that one pool holds.
-const SETS: u32 = 128;
 /// Grids wider than this are two-dimensional. `glsl/ploc/scan.comp` shapes its grids likewise.
 const GRID: u32 = 32768;
 
@@ -68,8 +65,6 @@ pub struct Recorder {
     commands: vk::CommandBuffer,
     fence: vk::Fence,
     queries: Option<vk::QueryPool>,
-    descriptor_pools: Vec<vk::DescriptorPool>,
-    sets_left: u32,
     timing: Timing,
     passes: Vec<&'static str>,
     /// Where the device notes the pass that it has finished: readable even after it is lost.
@@ -117,8 +112,6 @@ impl Recorder {
             commands,
             fence,
             queries,
-            descriptor_pools: vec![],
-            sets_left: 0,
             timing,
             passes: vec![],
             finished,
@@ -246,23 +239,7 @@ impl Recorder {
     fn bind<A: Args>(&mut self, kernel: &Kernel<A>, constants: &[(u32, u32)], args: &A) -> Result<()> {
         let device = self.device.clone();
         let bytes = bytemuck::bytes_of(args);
-        let targets: Vec<(vk::Buffer, u64)> = {
-            let live = lock(&device.live);
-            let first = live.values().next().copied().unwrap_or((self.finished.raw, 16));
-            pointers::<A>()
-                .map(|m| {
-                    let word = |at: usize| {
-                        u64::from(u32::from_ne_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]))
-                    };
-                    // A pointer that isn't followed is null; any buffer stands in for it.
-                    live.get(&(word(m.offset) | word(m.offset + 4) << 32)).copied().unwrap_or(first)
-                })
-                .collect()
-        };
-        let fit = targets.iter().all(|t| t.1 <= device.info.max_storage_buffer_range)
-            && targets.len() as u32 <= device.info.max_bindings;
-        let addresses = device.pointers == Pointers::Addresses || !fit;
-        let pipeline = device.pipeline(kernel, addresses, constants)?;
+        let pipeline = device.pipeline(kernel, constants)?;
         if let Some(labels) = &device.labels {
             let name = CString::new(kernel.name).unwrap_or_default();
             let label = vk::DebugUtilsLabelEXT::default().label_name(&name);
@@ -271,37 +248,6 @@ impl Recorder {
         }
         // SAFETY: recording; the pipeline is alive.
         unsafe { device.raw.cmd_bind_pipeline(self.commands, vk::PipelineBindPoint::COMPUTE, pipeline.raw) };
-        if !addresses {
-            let set = self.descriptor_set(pipeline.set_layout)?;
-            let infos: Vec<_> = targets
-                .iter()
-                .map(|t| [vk::DescriptorBufferInfo::default().buffer(t.0).range(vk::WHOLE_SIZE)])
-                .collect();
-            let writes: Vec<_> = infos
-                .iter()
-                .enumerate()
-                .map(|(i, info)| {
-                    vk::WriteDescriptorSet::default()
-                        .dst_set(set)
-                        .dst_binding(i as u32)
-                        .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
-                        .buffer_info(info)
-                })
-                .collect();
-            // SAFETY: the set is fresh, the buffers are alive and stay so until the submit is waited for.
-            unsafe { device.raw.update_descriptor_sets(&writes, &[]) };
-            // SAFETY: recording; set and layout match.
-            unsafe {
-                device.raw.cmd_bind_descriptor_sets(
-                    self.commands,
-                    vk::PipelineBindPoint::COMPUTE,
-                    pipeline.layout,
-                    0,
-                    &[set],
-                    &[],
-                );
-            }
-        }
         let mut push = [0u8; PUSH_BYTES];
         push[..bytes.len()].copy_from_slice(bytes);
         let stage = vk::ShaderStageFlags::COMPUTE;
@@ -314,42 +260,6 @@ impl Recorder {
         if let Some(labels) = &self.device.labels {
             // SAFETY: recording; `bind` began one.
             unsafe { labels.cmd_end_debug_utils_label(self.commands) };
-        }
-    }
-
-    fn descriptor_set(&mut self, layout: vk::DescriptorSetLayout) -> Result<vk::DescriptorSet> {
-        let device = &self.device.raw;
-        if self.sets_left == 0 {
-            let sizes = [vk::DescriptorPoolSize::default()
-                .ty(vk::DescriptorType::STORAGE_BUFFER)
-                .descriptor_count(SETS * 8)];
-            let info = vk::DescriptorPoolCreateInfo::default().max_sets(SETS).pool_sizes(&sizes);
-            // SAFETY: complete info.
-            let pool = unsafe { device.create_descriptor_pool(&info, None) }.context("descriptor pool")?;
-            self.descriptor_pools.push(pool);
-            self.sets_left = SETS;
-        }
-        let Some(pool) = self.descriptor_pools.last() else {
-            return Err(DeviceError::Vulkan {
-                call: "descriptor set".into(),
-                result: vk::Result::ERROR_OUT_OF_POOL_MEMORY,
-            });
-        };
-        let layouts = [layout];
-        let info = vk::DescriptorSetAllocateInfo::default().descriptor_pool(*pool).set_layouts(&layouts);
-        // SAFETY: the pool is alive; the layout is a live pipeline's.
-        let sets = unsafe { device.allocate_descriptor_sets(&info) };
-        match sets {
-            Err(vk::Result::ERROR_OUT_OF_POOL_MEMORY | vk::Result::ERROR_FRAGMENTED_POOL)
-                if self.sets_left < SETS =>
-            {
-                self.sets_left = 0;
-                self.descriptor_set(layout)
-            }
-            sets => {
-                self.sets_left -= 1;
-                Ok(sets.context("descriptor set")?[0])
-            }
         }
     }
 
@@ -473,12 +383,8 @@ fn ticks_ms(from: u64, to: u64, bits: u32, period: f32) -> f64 {
 impl Drop for Recorder {
     fn drop(&mut self) {
         let device = self.device.clone();
-        for pool in &self.descriptor_pools {
-            // SAFETY: no submit that uses it is pending.
-            unsafe { device.raw.destroy_descriptor_pool(*pool, None) };
-        }
         if let Some(queries) = self.queries {
-            // SAFETY: as above.
+            // SAFETY: no submit that uses it is pending.
             unsafe { device.raw.destroy_query_pool(queries, None) };
         }
         // SAFETY: as above.

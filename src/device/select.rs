@@ -52,9 +52,9 @@ pub struct DeviceInfo {
     #[serde(skip)]
     pub(super) queue_family: u32,
     #[serde(skip)]
-    pub(super) max_bindings: u32,
-    #[serde(skip)]
     pub(super) has_memory_budget: bool,
+    #[serde(skip)]
+    pub(super) has_int64: bool,
 }
 
 impl DeviceInfo {
@@ -112,12 +112,12 @@ pub(super) fn inspect(instance: &ash::Instance, physical: vk::PhysicalDevice, in
     let (required, optional) = (true, false);
     let table = vec![
         feature("Vulkan 1.2", required, recent, "the version the kernels are compiled for"),
-        feature("bufferDeviceAddress", required, v12.buffer_device_address != 0, "buffers larger than a binding"),
+        feature("bufferDeviceAddress", required, v12.buffer_device_address != 0, "how kernels reach buffers of any size"),
         feature("scalarBlockLayout", required, v12.scalar_block_layout != 0, "structs laid out as on the host"),
         feature("subgroup basic, vote, arithmetic, ballot", required, ops(S::BASIC | S::VOTE | S::ARITHMETIC | S::BALLOT), "reductions, packets"),
         feature("timestamps", optional, p.limits.timestamp_period > 0.0, "times by kernel; else wall time"),
         feature("VK_EXT_memory_budget", optional, has(vk::EXT_MEMORY_BUDGET_NAME), "free memory, before a build"),
-        feature("shaderInt64", optional, f.shader_int64 != 0, "not used yet"),
+        feature("shaderInt64", optional, f.shader_int64 != 0, "loads of two words at a time: half the cost on lavapipe"),
         feature("shaderFloat64", optional, f.shader_float64 != 0, "not used: exact signs use integers"),
         feature("VK_KHR_ray_query", optional, has(vk::KHR_RAY_QUERY_NAME), "not used yet: comparison with the device's own"),
         feature("VK_EXT_subgroup_size_control", optional, has(vk::EXT_SUBGROUP_SIZE_CONTROL_NAME), "not used: results hold for any size"),
@@ -186,8 +186,8 @@ pub(super) fn inspect(instance: &ash::Instance, physical: vk::PhysicalDevice, in
         refused,
         warning,
         queue_family: family as u32,
-        max_bindings: p.limits.max_per_stage_descriptor_storage_buffers,
         has_memory_budget,
+        has_int64: f.shader_int64 != 0,
     }
 }
 
@@ -200,7 +200,10 @@ fn old_mesa(info: &str) -> bool {
 
 /// The device that `wanted` names by number or part of its name, or the best: a real GPU before a software one.
 /// Returns its place in `all`.
-pub(super) fn choose(all: &[DeviceInfo], wanted: Option<&str>) -> super::Result<usize> {
+///
+/// # Errors
+/// No usable device, or none of that number or name.
+pub fn choose(all: &[DeviceInfo], wanted: Option<&str>) -> super::Result<usize> {
     use super::DeviceError;
     let usable = || all.iter().filter(|d| d.usable());
     let found = match wanted {

@@ -6,6 +6,8 @@ use crate::abi::{COLLAPSED_BIT, INVALID, LEAF_BIT};
 /// What `collapse/number` writes, and the sums.
 #[derive(Debug, Clone)]
 pub struct Kept {
+    /// The kept raw nodes, in order.
+    pub nodes: Vec<u32>,
     /// Packed index of each raw node, or [`INVALID`].
     pub packed: Vec<u32>,
     /// First triangle of the leaves directly below each.
@@ -36,12 +38,13 @@ pub fn number(tree: &RawTree) -> Kept {
         kept[node as usize] = true;
         stack.extend([tree.nodes[node as usize].left, tree.nodes[node as usize].right]);
     }
-    let mut result = Kept { packed: vec![], leaf_triangles: vec![], count: 0, root: 0 };
+    let mut result = Kept { nodes: vec![], packed: vec![], leaf_triangles: vec![], count: 0, root: 0 };
     let mut triangle = 0;
-    for (node, kept) in tree.nodes.iter().zip(&kept) {
+    for (i, (node, kept)) in (0..).zip(tree.nodes.iter().zip(&kept)) {
         result.packed.push(if *kept { result.count } else { INVALID });
         result.leaf_triangles.push(triangle);
         if *kept {
+            result.nodes.push(i);
             result.count += 1;
             triangle += leaf_count(tree, node.left) + leaf_count(tree, node.right);
         }

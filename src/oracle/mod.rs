@@ -10,10 +10,12 @@ pub mod exact;
 pub mod layout;
 pub mod morton;
 pub mod ploc;
+pub mod rays;
 pub mod reference;
 pub mod scan;
 pub mod sort;
 pub mod trace;
+pub mod validate;
 
 use crate::abi::Aabb;
 use crate::bvh::{HostTree, Recipe};

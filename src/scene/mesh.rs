@@ -114,7 +114,7 @@ impl Faces {
         }
     }
 
-    /// The scene, once all faces and vertices are known. `base` is the number of the format's first vertex.
+    /// The scene, once all faces and vertices are known.
     ///
     /// # Errors
     /// An index beyond the vertices, too many triangles, none at all.
@@ -122,7 +122,6 @@ impl Faces {
         self,
         path: &Path,
         positions: Vec<[f32; 3]>,
-        base: u64,
         mut warnings: Vec<Warning>,
     ) -> Result<Scene, SceneError> {
         if let Some((largest, place)) = self.largest
@@ -131,17 +130,19 @@ impl Faces {
             return Err(SceneError::invalid(
                 path,
                 place.to_string(),
-                format!(
-                    "a face names vertex {}, and there are {}",
-                    u64::from(largest) + base,
-                    positions.len()
-                ),
+                format!("a face names vertex {largest}, and there are {}", positions.len()),
                 "the file is damaged or cut short: get it again, or mend the index",
             ));
         }
         warnings.extend(self.short.warning("faces of fewer than 3 vertices, left out"));
         scene(path, positions, self.triangles, warnings)
     }
+}
+
+/// A file without a triangle: says what it has instead.
+pub(super) fn empty(path: &Path, vertices: usize, warnings: &[Warning]) -> SceneError {
+    let odd: String = warnings.iter().map(|w| format!(", {} {}", w.count, w.what)).collect();
+    SceneError::Empty { path: path.to_owned(), what: format!("{vertices} vertices{odd}") }
 }
 
 /// The last checks of every file: some triangles, not too many, and how many of them are not finite.
@@ -152,9 +153,7 @@ pub(super) fn scene(
     mut warnings: Vec<Warning>,
 ) -> Result<Scene, SceneError> {
     if triangles.is_empty() {
-        let odd: String = warnings.iter().map(|w| format!(", {} {}", w.count, w.what)).collect();
-        let what = format!("{} vertices{odd}", positions.len());
-        return Err(SceneError::Empty { path: path.to_owned(), what });
+        return Err(empty(path, positions.len(), &warnings));
     }
     if triangles.len() as u64 > MAX_TRIANGLES {
         let what = format!("{} triangles are more than 2^30", triangles.len());

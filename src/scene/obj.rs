@@ -1,9 +1,11 @@
-//! Wavefront OBJ, positions and faces only. Differs from tobj, which the tests compare it with: errors name the line,
-//! short faces are counted, vertices are not renumbered, and nothing is hashed (tobj re-indexes every corner).
+//! Wavefront OBJ, positions and faces only, by `tobj`. It is handed the statements `v` and `f` alone, for it takes a line
+//! of three points for a face, knows neither `\` nor a comment behind a statement, and refuses a whole file for an odd
+//! colour, texture coordinate or name. It says no place: faults are looked up once it has failed.
 
+use std::borrow::Cow;
 use std::path::Path;
 
-use super::mesh::{Faces, Place, Tally};
+use super::mesh::{self, Place, Tally};
 use super::{Progress, Scene, SceneError};
 
 /// Statements that say nothing about triangles.
@@ -44,128 +46,171 @@ const IGNORED: &[&str] = &[
     "call",
     "csh",
 ];
-/// Lines between two steps of the bar.
-const STEP: u64 = 1 << 16;
-
 /// Reads an OBJ.
 ///
 /// # Errors
 /// A coordinate or index that is no number, an index out of range: with its line. No triangle.
 pub(super) fn parse(path: &Path, bytes: &[u8], progress: Progress) -> Result<Scene, SceneError> {
-    let bar = progress.bytes(format!("parsing {}", path.display()), bytes.len() as u64);
-    let mut reader =
-        Reader { path, positions: Vec::new(), faces: Faces::default(), corners: Vec::new(), line: 0 };
-    let (mut wires, mut unknown) = (Tally::default(), Tally::default());
-    let mut rest = bytes;
-    let mut joined = Vec::new();
-    while !rest.is_empty() {
-        let mut line = next_line(&mut rest);
-        reader.line += 1;
-        let mut extra = 0;
-        if line.ends_with(b"\\") {
-            joined.clear();
-            while let Some(head) = line.strip_suffix(b"\\") {
-                joined.extend_from_slice(head);
-                joined.push(b' ');
-                extra += u64::from(!rest.is_empty());
-                line = next_line(&mut rest);
-            }
-            joined.extend_from_slice(line);
-            line = &joined;
-        }
-        let mut words = line.split(u8::is_ascii_whitespace).filter(|w| !w.is_empty());
+    let mut plain = Plain::default();
+    let (mut wires, mut unknown, mut short) = (Tally::default(), Tally::default(), Tally::default());
+    for (line, text) in (Statements { rest: bytes, line: 0 }) {
+        let mut words = words(&text);
         match words.next() {
             None => {}
-            Some(b"v") => reader.vertex(words)?,
-            Some(b"f" | b"fo") => reader.face(words)?,
-            Some(b"p" | b"l") => wires.add(reader.place()),
-            Some(word) if word[0] == b'#' || IGNORED.iter().any(|i| i.as_bytes() == word) => {}
-            Some(_) => unknown.add(reader.place()),
-        }
-        reader.line += extra;
-        if reader.line.is_multiple_of(STEP) {
-            bar.set_position((bytes.len() - rest.len()) as u64);
+            // No w and no colour: tobj would divide by w.
+            Some(b"v") => plain.push(line, b"v", words.take(3)),
+            Some(b"f" | b"fo") if words.clone().nth(2).is_none() => short.add(place(line)),
+            Some(b"f" | b"fo") => plain.push(line, b"f", words),
+            Some(b"p" | b"l") => wires.add(place(line)),
+            Some(word) if IGNORED.iter().any(|i| i.as_bytes() == word) => {}
+            Some(_) => unknown.add(place(line)),
         }
     }
-    bar.finish_and_clear();
-    let warnings = [
+    let warnings: Vec<_> = [
         wires.warning("points and lines, left out"),
         unknown.warning("lines that are no OBJ statement, skipped"),
-    ];
-    reader.faces.finish(path, reader.positions, 1, warnings.into_iter().flatten().collect())
+        short.warning("faces of fewer than 3 vertices, left out"),
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
+
+    // Not `single_index`: it splits a vertex whose corners differ in texture coordinate or normal.
+    let options = tobj::LoadOptions {
+        triangulate: true,
+        ignore_points: true,
+        ignore_lines: true,
+        ..tobj::LoadOptions::default()
+    };
+    let bar = progress.bytes(format!("parsing {}", path.display()), plain.text.len() as u64);
+    let mut rest = plain.text.as_slice();
+    let read = tobj::load_obj_buf(&mut bar.wrap_read(&mut rest), &options, |_| Ok(Default::default()));
+    bar.finish_and_clear();
+    let (models, _) = read.map_err(|e| plain.fault(path, rest.len(), e))?;
+    // One model, for no statement that starts another got this far.
+    let Some(tobj::Model { mesh, .. }) = models.into_iter().find(|m| !m.mesh.indices.is_empty()) else {
+        return Err(mesh::empty(path, plain.vertices(), &warnings));
+    };
+    let positions = mesh.positions.as_chunks().0.to_vec();
+    let triangles = mesh.indices.as_chunks().0.to_vec();
+    mesh::scene(path, positions, triangles, warnings)
 }
 
-/// Cuts the next line off `rest`, without its end.
-fn next_line<'a>(rest: &mut &'a [u8]) -> &'a [u8] {
-    let end = rest.iter().position(|&b| b == b'\n');
-    let line = &rest[..end.unwrap_or(rest.len())];
-    *rest = end.map_or(&[], |e| &rest[e + 1..]);
-    line.strip_suffix(b"\r").unwrap_or(line)
+fn place(line: u64) -> Place {
+    Place { item: None, unit: "line", at: line }
 }
 
-struct Reader<'a> {
-    path: &'a Path,
-    positions: Vec<[f32; 3]>,
-    faces: Faces,
-    /// Corners of the face at hand.
-    corners: Vec<u32>,
+/// The words of a statement, up to a comment.
+fn words(text: &[u8]) -> impl Iterator<Item = &[u8]> + Clone {
+    text.split(u8::is_ascii_whitespace).filter(|w| !w.is_empty()).take_while(|w| w[0] != b'#')
+}
+
+/// Statements with the line each starts on. A `\` joins a line to the next.
+struct Statements<'a> {
+    rest: &'a [u8],
     line: u64,
 }
 
-impl Reader<'_> {
-    fn place(&self) -> Place {
-        Place { item: None, unit: "line", at: self.line }
+impl<'a> Statements<'a> {
+    fn cut(&mut self) -> &'a [u8] {
+        let end = self.rest.iter().position(|&b| b == b'\n');
+        let line = &self.rest[..end.unwrap_or(self.rest.len())];
+        self.rest = end.map_or(&[], |e| &self.rest[e + 1..]);
+        self.line += 1;
+        line.strip_suffix(b"\r").unwrap_or(line)
     }
+}
 
-    fn invalid(&self, what: String, fix: &str) -> SceneError {
-        SceneError::invalid(self.path, self.place().to_string(), what, fix)
-    }
+impl<'a> Iterator for Statements<'a> {
+    type Item = (u64, Cow<'a, [u8]>);
 
-    /// `v x y z [w] [r g b]`
-    fn vertex<'w>(&mut self, mut words: impl Iterator<Item = &'w [u8]>) -> Result<(), SceneError> {
-        let mut p = [0.0; 3];
-        for (k, x) in p.iter_mut().enumerate() {
-            let Some(word) = words.next() else {
-                let what = format!("a vertex of {k} coordinates instead of 3");
-                return Err(
-                    self.invalid(what, "the file is damaged or cut short: get it again, or mend the line")
-                );
-            };
-            *x = std::str::from_utf8(word).ok().and_then(|w| w.parse().ok()).ok_or_else(|| {
-                let what = format!("{:?} is not a number", String::from_utf8_lossy(word));
-                self.invalid(what, "write coordinates as decimal numbers, with a point")
-            })?;
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.rest.is_empty() {
+            return None;
         }
-        self.positions.push(p);
-        Ok(())
+        let mut text = Cow::Borrowed(self.cut());
+        let first = self.line;
+        while text.ends_with(b"\\") {
+            let joined = text.to_mut();
+            joined.pop();
+            joined.push(b' ');
+            joined.extend_from_slice(self.cut());
+        }
+        Some((first, text))
     }
+}
 
-    /// `f v v/vt v//vn v/vt/vn …`, from 1, or back from the last vertex where negative.
-    fn face<'w>(&mut self, words: impl Iterator<Item = &'w [u8]>) -> Result<(), SceneError> {
-        self.corners.clear();
+/// What tobj reads: one statement a line.
+#[derive(Default)]
+struct Plain {
+    text: Vec<u8>,
+    /// The file's line of each.
+    lines: Vec<u64>,
+}
+
+impl Plain {
+    fn push<'w>(&mut self, line: u64, name: &[u8], words: impl Iterator<Item = &'w [u8]>) {
+        self.text.extend_from_slice(name);
         for word in words {
-            if word[0] == b'#' {
-                break;
-            }
-            let index = word.split(|&b| b == b'/').next().unwrap_or_default();
-            let Some(i) = std::str::from_utf8(index).ok().and_then(|w| w.parse::<i64>().ok()) else {
-                let what = format!("{:?} is not a vertex index", String::from_utf8_lossy(word));
-                return Err(self.invalid(what, "write a face as indices: f 1 2 3, or f 1/1/1 2/2/2 3/3/3"));
-            };
-            let count = self.positions.len() as i64;
-            let corner = if i < 0 { count.checked_add(i) } else { i.checked_sub(1) };
-            match corner.and_then(|c| u32::try_from(c).ok()) {
-                Some(c) => self.corners.push(c),
-                None => {
-                    let what = format!("a face names vertex {i}, and there are {count} so far");
-                    return Err(self.invalid(
-                        what,
-                        "indices start at 1, or at -1 back from the last vertex: mend the line",
-                    ));
-                }
-            }
+            self.text.push(b' ');
+            self.text.extend_from_slice(word);
         }
-        self.faces.push(&self.corners, self.place());
-        Ok(())
+        self.text.push(b'\n');
+        self.lines.push(line);
     }
+
+    fn vertices(&self) -> usize {
+        self.text.split(|&b| b == b'\n').filter(|s| s.starts_with(b"v ")).count()
+    }
+
+    /// The first fault up to the statement where tobj stopped with `error`, `unread` bytes before the end.
+    fn fault(&self, path: &Path, unread: usize, error: tobj::LoadError) -> SceneError {
+        let invalid = |line, what, fix| SceneError::invalid(path, place(line).to_string(), what, fix);
+        let read = &self.text[..self.text.len() - unread];
+        let all = self.vertices();
+        let (mut so_far, mut last) = (0, 0);
+        for (text, &line) in read.split(|&b| b == b'\n').zip(&self.lines) {
+            let mut words = words(text);
+            let found = if matches!(words.next(), Some(b"v")) {
+                so_far += 1;
+                vertex_fault(words)
+            } else {
+                words.find_map(|w| corner_fault(w, so_far, all))
+            };
+            if let Some((what, fix)) = found {
+                return invalid(line, what, fix);
+            }
+            last = line;
+        }
+        invalid(last, error.to_string(), "the file is damaged: get it again, or mend the line")
+    }
+}
+
+/// What is wrong with a vertex, and what to do.
+fn vertex_fault<'w>(words: impl Iterator<Item = &'w [u8]> + Clone) -> Option<(String, &'static str)> {
+    let count = words.clone().count();
+    if count < 3 {
+        let what = format!("a vertex of {count} coordinates instead of 3");
+        return Some((what, "the file is damaged or cut short: get it again, or mend the line"));
+    }
+    let odd = words.map(String::from_utf8_lossy).find(|w| w.parse::<f32>().is_err())?;
+    Some((format!("{odd:?} is not a number"), "write coordinates as decimal numbers, with a point"))
+}
+
+/// What is wrong with the corner of a face, and what to do.
+fn corner_fault(word: &[u8], so_far: usize, all: usize) -> Option<(String, &'static str)> {
+    let text = String::from_utf8_lossy(word);
+    let parts = || text.split('/');
+    let index = parts().next().and_then(|i| i.parse::<i64>().ok());
+    let others = parts().skip(1).all(|i| i.is_empty() || i.parse::<i64>().is_ok());
+    let (Some(i), true, ..=3) = (index, others, parts().count()) else {
+        let what = format!("{text:?} is not a vertex index");
+        return Some((what, "write a face as indices: f 1 2 3, or f 1/1/1 2/2/2 3/3/3"));
+    };
+    let count = if i < 0 { so_far } else { all };
+    if i != 0 && i.unsigned_abs() <= count as u64 {
+        return None;
+    }
+    let what = format!("a face names vertex {i}, and there are {count}");
+    Some((what, "indices start at 1, or at -1 back from the last vertex: mend the line"))
 }

@@ -1,7 +1,5 @@
 //! Files, sound and damaged, through the front door.
 
-#![allow(clippy::unwrap_used)]
-
 use std::fs;
 use std::path::PathBuf;
 
@@ -36,12 +34,12 @@ fn ply(format: &str) -> Vec<u8> {
     let big = format.contains("big");
     let mut put = |little: &[u8], text: String| {
         if format == "ascii" {
-            out.extend_from_slice(format!("{text} \n").as_bytes());
+            out.extend_from_slice(format!("{text} ").as_bytes());
         } else {
             out.extend(little.iter().rev().filter(|_| big).chain(little.iter().filter(|_| !big)));
         }
     };
-    put(&[9], "9".into());
+    put(&[9], "9\n".into());
     for (i, [x, y, z]) in CUBE_CORNERS.into_iter().enumerate() {
         put(&f64::from(z).to_le_bytes(), z.to_string());
         put(&[i as u8], i.to_string());
@@ -50,7 +48,7 @@ fn ply(format: &str) -> Vec<u8> {
         }
         put(&x.to_le_bytes(), x.to_string());
         put(&[200], "200".into());
-        put(&y.to_le_bytes(), y.to_string());
+        put(&y.to_le_bytes(), format!("{y}\r\n"));
     }
     for face in [&[0, 1, 2, 3][..], &[1, 2]] {
         put(&[1], "1".into());
@@ -59,6 +57,7 @@ fn ply(format: &str) -> Vec<u8> {
             let v: i32 = v;
             put(&v.to_le_bytes(), v.to_string());
         }
+        put(&[], "\n".into());
     }
     out
 }
@@ -94,18 +93,23 @@ fn obj_as_people_write_it() {
 }
 
 #[test]
-fn obj_as_tobj_reads_it() {
-    let text = "v 0.1 1e-3 7\nv 1 0 0\nv 1 1.5 0\nv 0.3 1 -2\nv 5 5 5\nf 1 2 3 4\no b\nf 5 4 3\nf -1 -2 -4\n";
-    let options = tobj::LoadOptions { triangulate: true, ..Default::default() };
-    let (models, _) =
-        tobj::load_obj_buf(&mut text.as_bytes(), &options, |_| Err(tobj::LoadError::OpenFileFailed)).unwrap();
-    let theirs: Vec<[f32; 3]> = models
-        .iter()
-        .flat_map(|m| m.mesh.indices.iter().map(|&i| [0, 1, 2].map(|k| m.mesh.positions[3 * i as usize + k])))
-        .collect();
-    let s = read("obj", text.as_bytes()).unwrap();
-    let ours: Vec<[f32; 3]> = (0..s.triangles.len()).flat_map(|i| s.corners(i)).collect();
-    assert_eq!(ours, theirs);
+fn obj_corners_come_in_the_order_of_the_faces() {
+    let vertices = [[0.1, 1e-3, 7.0], [1.0, 0.0, 0.0], [1.0, 1.5, 0.0], [0.3, 1.0, -2.0], [5.0, 5.0, 5.0f32]];
+    let text: String = vertices.iter().map(|[x, y, z]| format!("v {x} {y} {z} 2\n")).collect();
+    let s = read("obj", (text + "vt 0\nf 1/1 2 3 4\no b\nf 5 4 3\nl 1 2 3\ng \nf -1 -2 -4\nf\n").as_bytes())
+        .unwrap();
+    let corners: Vec<_> = (0..s.triangles.len()).map(|i| s.corners(i)).collect();
+    let faces = [[0, 1, 2], [0, 2, 3], [4, 3, 2], [4, 3, 1]];
+    assert_eq!(corners, faces.map(|f| f.map(|v: usize| vertices[v])));
+    assert_eq!(s.positions.len(), 5, "a vertex was split");
+}
+
+#[test]
+fn obj_of_any_bytes_in_names_and_comments() {
+    let latin = b"# caf\xe9\nmtllib \xe9\nusemtl\nv 0 0 0 1 1\nv 1 0 0 # \xe9\nv 0 1 0\ng \xe9\nf 1 2 3\n";
+    assert_eq!(read("obj", latin).unwrap().triangles, [[0, 1, 2]]);
+    refused("obj", b"v 0 0 0\nv 0 0 \xe9\n", &["line 2", "not a number"]);
+    refused("obj", b"v 0 0 0\nf 1 1 1/1/1/1\n", &["line 2", "not a vertex index"]);
 }
 
 #[test]
@@ -158,8 +162,25 @@ fn bad_ply_is_refused_with_its_place() {
     refused("ply", b"ply\nformat ascii 1.0\nelement vertex", &["line 3", "ends inside the header"]);
     refused("ply", b"ply\nformat asci 1.0\n", &["line 2", "asci"]);
     refused("ply", b"ply\nelement vertex -1\n", &["line 2", "-1"]);
-    refused("ply", b"ply\nproperty float x\n", &["line 2", "before any element"]);
+    refused("ply", b"ply\nproperty float x\n", &["line 2", "without preceding element"]);
     refused("ply", b"ply\nend_header\n", &["line 2", "format"]);
+    for twice in ["element vertex 1", "element face 1", "property float y"] {
+        let header = head(1, 1, "ascii").replace("element face", &format!("{twice}\nelement face"));
+        refused("ply", header.as_bytes(), &["header", "twice"]);
+    }
+    let signed = head(1, 1, "binary_little_endian").replace("uchar uint", "uchar char");
+    refused(
+        "ply",
+        &body(&signed, &[[0; 12].as_slice(), &[3, 0, 0, 0xff]].concat()),
+        &["face 0 (byte", "negative"],
+    );
+    let wide = head(0, 1, "binary_big_endian").replace("uchar uint", "int uint");
+    refused("ply", &body(&wide, &[0xff, 0xff, 0xff, 0xfe]), &["face 0 (byte", "negative"]);
+    refused("ply", &body(&wide, &[0x7f, 0xff, 0xff, 0xff, 0, 0]), &["face 0 (byte", "ends"]);
+    // The library would read elements of no property for ever.
+    let hollow = head(0, 0, "binary_little_endian")
+        .replace("end_header", &format!("element e {}\nend_header", u64::MAX));
+    refused("ply", hollow.as_bytes(), &["no triangle"]);
     for format in PLY_FORMATS {
         for absurd in [1 << 20, u64::MAX / 12, u64::MAX] {
             refused("ply", head(absurd, 1, format).as_bytes(), &["promises", "vertex"]);
@@ -173,16 +194,16 @@ fn bad_ply_is_refused_with_its_place() {
         &["face 0 (line 11)", "vertex 1, and there are 1"],
     );
     refused("ply", &body(&head(1, 1, "ascii"), b"0 0 zero\n3 0 0 0\n"), &["vertex 0 (line 10)", "zero"]);
-    refused("ply", &body(&head(1, 1, "ascii"), b"0 0 0\n3 0 0\n"), &["face 0", "list of 3"]);
+    refused("ply", &body(&head(1, 1, "ascii"), b"0 0 0\n3 0 0\n"), &["face 0 (line 11)", "3 list elements"]);
     refused(
         "ply",
         &body(&head(1, 1, "ascii"), b"0 0 0\n4000000000 0 0\n"),
-        &["face 0", "list of 4000000000"],
+        &["face 0", "4000000000 list elements"],
     );
     refused(
         "ply",
         &body(&head(1, 1, "ascii"), b"0 0 0\n3 0 -1 0\n"),
-        &["face 0", "-1 is not a vertex index"],
+        &["face 0", "3 0 -1 0", "InvalidDigit"],
     );
     refused("ply", &body(&head(1, 1, "ascii"), b"0 0 0\n2 0 0\n"), &["no triangle", "fewer than 3"]);
     let cloud = format!("ply\nformat ascii 1.0\nelement vertex 1\n{xyz}end_header\n0 0 0\n");

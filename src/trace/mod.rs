@@ -1,6 +1,7 @@
 //! Traces rays through a packed tree: nearest hit, any hit, and either with tests counted.
 
 mod coherence;
+pub mod rays;
 
 pub use coherence::is_coherent;
 
@@ -31,10 +32,10 @@ pub enum Query {
 /// Which triangle test.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Precision {
-    /// Watertight, with exact signs [Woop13].
+    /// Watertight, with exact signs \[WOOP13\].
     #[default]
     Robust,
-    /// Möller–Trumbore [Moller97]: leaks at edges and vertices.
+    /// Möller–Trumbore \[MOLLER97\]: leaks at edges and vertices.
     Fast,
 }
 
@@ -128,7 +129,7 @@ fn record(rec: &mut Recorder, bvh: &Bvh, batch: &Batch, options: Options) -> Res
     // Dealing workgroups out in turn wants as many of them as threads divide.
     let groups = count.div_ceil(shape.trace_workgroup).next_multiple_of(shape.threads);
     let tests = batch.tests.as_ref().map_or(PtrMut::new(0), Buffer::ptr_mut);
-    let (rays, hits, triangles) = (batch.rays.ptr(), batch.hits.ptr_mut(), bvh.triangles.ptr());
+    let (rays, hits, triangles) = (batch.rays.ptr(), batch.hits.ptr_mut(), bvh.triangles.ptr().cast());
     let Bvh { root, exponent, anchor, reach, .. } = *bvh;
     let threads = shape.threads;
     if options.coherent && shape.packets {
@@ -137,7 +138,7 @@ fn record(rec: &mut Recorder, bvh: &Bvh, batch: &Batch, options: Options) -> Res
             TracePacketArgs { rays, nodes, triangles, hits, tests, count, root, exponent, anchor, reach, threads };
         rec.dispatch(&kernels::TRACE_PACKET, &constants, groups, args)
     } else {
-        let nodes = bvh.nodes.ptr().cast();
+        let nodes = bvh.nodes.ptr();
         let args =
             TraceSingleArgs { rays, nodes, triangles, hits, tests, count, root, exponent, anchor, reach, threads };
         rec.dispatch(&kernels::TRACE_SINGLE, &constants, groups, args)

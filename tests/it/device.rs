@@ -125,7 +125,7 @@ fn times_add_up_and_bear_the_kernels_names() {
     for pass in &times.passes {
         assert!(kernels::ALL.iter().any(|k| k.0 == pass.name), "{}", pass.name);
     }
-    for name in ["morton/bounds", "morton/encode", "sort/count", "sort/scatter", "ploc/search", "ploc/merge", "layout/pack"] {
+    for name in ["morton/bounds", "morton/encode", "sort/count", "sort/scatter", "ploc/search", "ploc/merge", "layout/nodes", "layout/triangles"] {
         assert!(times.passes.iter().any(|p| p.name == name), "no {name}");
     }
     let outer = build(Timing::Outer).times;

@@ -10,6 +10,7 @@ mod matrix;
 mod morton;
 mod oracle;
 mod ploc;
+mod rays;
 mod scan;
 mod scene;
 mod shaders;

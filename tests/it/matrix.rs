@@ -4,9 +4,9 @@
 
 use crate::gpu::{quiet, quiet_on};
 use crate::soup::{grid, random, scene};
-use boxwood::abi::{PlocRoot, RawNode};
+use boxwood::abi::{PlocRoot, RawNode, TAIL_CLUSTERS};
 use boxwood::bvh::{self, Built, Collapse, HostTree, Morton, Recipe, SceneBuffers, Stages};
-use boxwood::device::{Device, Options, Pointers, Shape};
+use boxwood::device::{Device, Options, Shape};
 use boxwood::oracle;
 use boxwood::scene::Scene;
 use bytemuck::{bytes_of, cast_slice};
@@ -23,10 +23,10 @@ pub fn max_leaf(max_leaf: u32) -> Recipe {
     Recipe { collapse, ..Recipe::default() }
 }
 
-/// A device on which kernels take addresses instead of bindings.
-pub fn with_addresses() -> &'static Arc<Device> {
+/// A device on which kernels load word by word, as where there are no 64-bit integers.
+pub fn narrow() -> &'static Arc<Device> {
     static DEVICE: OnceLock<Arc<Device>> = OnceLock::new();
-    let options = Options { pointers: Pointers::Addresses, ..Options::from_env() };
+    let options = Options { narrow_loads: true, ..Options::from_env() };
     DEVICE.get_or_init(|| Device::open(&options).unwrap())
 }
 
@@ -79,34 +79,39 @@ pub fn assert_twin(what: &str, device: &Arc<Device>, scene: &Scene, recipe: &Rec
     let space = &twin.space;
     let twin_space = (space.scale, space.exponent, space.anchor.map(f32::to_bits), space.reach);
     assert_eq!(device_space, twin_space, "{what}: unit space");
-    let none: (Vec<RawNode>, Option<PlocRoot>, Vec<u32>, Vec<u32>) = Default::default();
-    let (nodes, root, packed, leaf_triangles) = twin.raw.as_ref().map_or(none, |(tree, kept)| {
-        (tree.nodes.clone(), Some(tree.root), kept.packed.clone(), kept.leaf_triangles.clone())
+    let none: (Vec<RawNode>, Option<PlocRoot>, Vec<u32>, Vec<u32>, Vec<u32>) = Default::default();
+    let (nodes, root, kept, packed, leaf_triangles) = twin.raw.as_ref().map_or(none, |(tree, kept)| {
+        let nodes = kept.nodes.clone();
+        (tree.nodes.clone(), Some(tree.root), nodes, kept.packed.clone(), kept.leaf_triangles.clone())
     });
     first_difference(&format!("{what}: raw node"), &stages.nodes, &nodes);
     first_difference(&format!("{what}: root"), stages.root.as_slice(), root.as_slice());
-    first_difference(&format!("{what}: packed index"), &stages.packed, &packed);
-    first_difference(&format!("{what}: first triangle"), &stages.leaf_triangles, &leaf_triangles);
+    first_difference(&format!("{what}: kept node"), &stages.kept, &kept);
+    let of_kept = |all: &[u32]| kept.iter().map(|i| all[*i as usize]).collect::<Vec<_>>();
+    first_difference(&format!("{what}: packed index"), &of_kept(&stages.packed), &of_kept(&packed));
+    let (device_first, twin_first) = (of_kept(&stages.leaf_triangles), of_kept(&leaf_triangles));
+    first_difference(&format!("{what}: first triangle"), &device_first, &twin_first);
     assert_same_tree(&what, &bvh.read().unwrap(), &twin.tree);
     assert_eq!(bvh.triangle_count as usize + bvh.left_out as usize, scene.triangles.len(), "{what}");
     (built, twin)
 }
 
 /// Sizes around those at which something changes: subgroups, workgroups, tiles of both shapes, the tail, powers of 2.
-fn sizes() -> Vec<usize> {
-    let around = |n: usize| [n - 1, n, n + 1];
-    let mut sizes = vec![0, 1, 2, 3];
-    for n in [8, 64, 256, 512, 2048, 4096, 8192, 32768] {
-        sizes.extend(around(n));
-    }
-    sizes.push(70_001);
+fn sizes(shape: &Shape) -> Vec<usize> {
+    let tile = (shape.workgroup * shape.items) as usize;
+    let sort_tile = (shape.sort_workgroup * shape.sort_items) as usize;
+    let steps = [shape.workgroup as usize, 64, 256, tile, 1024, TAIL_CLUSTERS as usize, 4096, sort_tile, 32768];
+    let mut sizes = vec![0, 1, 2, 3, 70_001];
+    sizes.extend(steps.iter().flat_map(|n| [n - 1, *n, n + 1]));
+    sizes.sort_unstable();
+    sizes.dedup();
     sizes
 }
 
 #[test]
 fn every_size_equals_the_twin() {
     let device = quiet();
-    for n in sizes() {
+    for n in sizes(device.shape()) {
         assert_twin("random", &device, &scene(&random(n, 0.05, n as u64)), &Recipe::default());
     }
 }
@@ -154,7 +159,7 @@ fn every_leaf_size_equals_the_twin() {
 }
 
 #[test]
-fn shapes_and_pointers_do_not_show() {
+fn shapes_and_loads_do_not_show() {
     let soups = [
         scene(&[]),
         scene(&random(1, 0.1, 4)),
@@ -164,7 +169,7 @@ fn shapes_and_pointers_do_not_show() {
         scene(&random(9001, 0.1, 5)),
         scene(&grid(9001)),
     ];
-    for (what, other) in [("GPU shapes", gpu_shaped as fn() -> _), ("addresses", with_addresses)] {
+    for (what, other) in [("GPU shapes", gpu_shaped as fn() -> _), ("narrow loads", narrow)] {
         let device = quiet_on(other);
         for soup in &soups {
             assert_twin(what, &device, soup, &Recipe::default());

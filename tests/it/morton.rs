@@ -55,7 +55,7 @@ fn bounds_grow_from_any_start() {
         let shape = device.shape();
         let mut rec = Recorder::new(&device, Timing::Off).unwrap();
         let args =
-            MortonBoundsArgs { triangles: triangles.ptr(), bounds: bounds.ptr_mut(), count: n as u32 };
+            MortonBoundsArgs { triangles: triangles.ptr().cast(), bounds: bounds.ptr_mut(), count: n as u32 };
         let groups = (n as u32).div_ceil(shape.workgroup * shape.items);
         let constants = [(SPEC_WG, shape.workgroup), (SPEC_ITEMS, shape.items)];
         rec.dispatch(&kernels::MORTON_BOUNDS, &constants, groups, args).unwrap();

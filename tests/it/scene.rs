@@ -1,7 +1,5 @@
 //! Scenes through the public door. Fetching needs the registries: `cargo test -- --ignored fetched`.
 
-#![allow(clippy::unwrap_used)]
-
 use boxwood::scene::{Options, Progress, names, open};
 
 #[test]

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::gpu::{Quiet, quiet, quiet_on};
-use crate::matrix::{gpu_shaped, max_leaf, radius, with_addresses};
+use crate::matrix::{gpu_shaped, max_leaf, narrow, radius};
 use crate::soup::{Random, aimed, grid, moved, named, random, random_rays, ray, scene, sphere};
 use boxwood::abi::{Hit, Ray, Tests};
 use boxwood::bvh::{self, Bvh, HostTree, Recipe, SceneBuffers};
@@ -397,14 +397,14 @@ fn empty_scenes_miss() {
 }
 
 #[test]
-fn shapes_and_pointers_do_not_show_in_hits() {
+fn shapes_and_loads_do_not_show_in_hits() {
     let soup = scene(&random(1500, 0.2, 23));
     let rays = random_rays(2000, 24);
     let hits = {
         let device = quiet();
         Traced::new(&device, &soup, &Recipe::default()).hits(&rays, CLOSEST)
     };
-    for other in [gpu_shaped as fn() -> _, with_addresses] {
+    for other in [gpu_shaped as fn() -> _, narrow] {
         let device = quiet_on(other);
         let traced = Traced::new(&device, &soup, &Recipe::default());
         assert_same_hits("another device", &rays, &hits, &traced.assert_twin("another device", &rays));

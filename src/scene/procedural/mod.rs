@@ -20,7 +20,6 @@ fn zeros<T: Clone + Default>(name: &str, n: usize) -> Result<Vec<T>, SceneError>
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used)]
 mod tests {
     use sha2::{Digest, Sha256};
 

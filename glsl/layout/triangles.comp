@@ -1,0 +1,17 @@
+// One invocation ITEMS triangles of the packed tree: its corners in unit scale and its input index.
+// Reads source, sequence.
+#include "lib/triangle.glsl"
+
+layout(constant_id = SPEC_ITEMS) const uint ITEMS = 1;
+
+void main() {
+    uint begin = invocation_index() * ITEMS;
+    uint end = min(begin + ITEMS, args.count);
+    for (uint i = begin; i < end; ++i) {
+        uint t = P(sequence).at[i];
+        Corners corners = LOAD_CORNERS(source, t);
+        PackedTriangle packed =
+            PackedTriangle(corners.a * args.scale, corners.b * args.scale, corners.c * args.scale, t);
+        STORE_PackedTriangle(triangles, i, packed)
+    }
+}

@@ -1,0 +1,29 @@
+//! Time by kernel: the dispatches of one kernel are one row.
+
+use crate::device::Pass;
+
+/// All dispatches of one kernel.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct KernelTime {
+    /// `stage/verb`.
+    pub name: &'static str,
+    /// Dispatches.
+    pub count: usize,
+    /// Device time of all of them, ms.
+    pub ms: f64,
+}
+
+/// One row a kernel, in order of first use.
+pub fn by_kernel(passes: &[Pass]) -> Vec<KernelTime> {
+    let mut rows: Vec<KernelTime> = vec![];
+    for pass in passes {
+        match rows.iter_mut().find(|r| r.name == pass.name) {
+            Some(row) => {
+                row.count += 1;
+                row.ms += pass.ms;
+            }
+            None => rows.push(KernelTime { name: pass.name, count: 1, ms: pass.ms }),
+        }
+    }
+    rows
+}
