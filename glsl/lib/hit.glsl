@@ -109,5 +109,7 @@ bool meet_triangle(Setup s, PackedTriangle triangle, inout Nearest nearest) {
 Hit hit_of(Setup s, Nearest nearest) {
     if (nearest.triangle == INVALID) return Hit(uintBitsToFloat(0x7f800000u), INVALID, 0.0, 0.0);
     if (ANY != 0) return Hit(0.0, INVALID, 0.0, 0.0);
-    return Hit(scaled(nearest.t, s.t_exponent), nearest.triangle, nearest.uv.x, nearest.uv.y);
+    // +inf means a miss: a t beyond the floats (a denormal direction has such) becomes the largest of them.
+    float t = min(scaled(nearest.t, s.t_exponent), 3.4028235e38);
+    return Hit(t, nearest.triangle, nearest.uv.x, nearest.uv.y);
 }

@@ -237,7 +237,7 @@ impl Tree<'_> {
             return (Hit::MISS, tests);
         }
         let [u, v] = nearest.uv;
-        (Hit { t: scaled(nearest.t, s.t_exponent), triangle: nearest.triangle, u, v }, tests)
+        (Hit { t: scaled(nearest.t, s.t_exponent).min(f32::MAX), triangle: nearest.triangle, u, v }, tests)
     }
 
     /// Whether `ray` hits anything: t is 0 where it does; and what was tested.
