@@ -75,8 +75,7 @@ pub fn reciprocal(x: f32) -> f32 {
 fn cell(corners: Corners, lo: [f32; 3], scale: f32) -> [u32; 3] {
     let Aabb { lo: least, hi: greatest } = triangle_bounds(corners);
     std::array::from_fn(|k| {
-        let centre =
-            ((least[k] * 0.5 - lo[k] * 0.5) + (greatest[k] * 0.5 - lo[k] * 0.5)) * (0.5 * scale);
+        let centre = ((least[k] * 0.5 - lo[k] * 0.5) + (greatest[k] * 0.5 - lo[k] * 0.5)) * (0.5 * scale);
         // A cast of a float too large saturates.
         (greatest_of(centre * 2_097_152.0, 0.0) as u32).min(2_097_151)
     })

@@ -71,8 +71,7 @@ pub fn prepare(ray: &Ray, space: &Space) -> Setup {
     o = o.map(|x| scaled(x, space.exponent));
     let moved: V3 = std::array::from_fn(|k| o[k] - space.anchor[k]);
     let reach = space.reach + moved.iter().fold(0.0, |a, x| f32::max(a, x.abs()));
-    let inverse =
-        d.map(|x| 1.0 / if x.abs() < LEAST_DIRECTION { LEAST_DIRECTION.copysign(x) } else { x });
+    let inverse = d.map(|x| 1.0 / if x.abs() < LEAST_DIRECTION { LEAST_DIRECTION.copysign(x) } else { x });
     let centre: V3 = std::array::from_fn(|k| -moved[k] * inverse[k]);
     let pad: V3 = std::array::from_fn(|k| (PAD * reach) * inverse[k].abs());
 
@@ -192,7 +191,12 @@ impl Tree<'_> {
     }
 
     /// Walks the tree, nearer child first. `leaf` tests triangle `place` and returns whether the walk ends.
-    fn walk(&self, s: &Setup, nearest: &mut Nearest, mut leaf: impl FnMut(u32, &mut Nearest) -> bool) -> Tests {
+    fn walk(
+        &self,
+        s: &Setup,
+        nearest: &mut Nearest,
+        mut leaf: impl FnMut(u32, &mut Nearest) -> bool,
+    ) -> Tests {
         let mut tests = Tests { boxes: 0, triangles: 0 };
         let mut stack = vec![if s.valid { self.tree.root } else { INVALID }];
         while let Some(node) = stack.pop().filter(|node| *node != INVALID) {

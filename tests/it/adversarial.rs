@@ -132,8 +132,9 @@ fn a_teapot_in_a_stadium() {
 fn nested_and_growing_triangles() {
     let device = quiet();
     let one = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0f32]];
-    let nested: Vec<Corners> =
-        (0..2300).map(|i| one.map(|c| c.map(|x| x * 2f32.powi(-(i % 40)) * (1.0 + i as f32 * 1e-4)))).collect();
+    let nested: Vec<Corners> = (0..2300)
+        .map(|i| one.map(|c| c.map(|x| x * 2f32.powi(-(i % 40)) * (1.0 + i as f32 * 1e-4))))
+        .collect();
     let down = |i: usize| ray([0.001 * i as f32, 0.3, 1.0], [0.0, 0.0, -1.0]);
     check("nested", &device, &scene(&nested), &(0..500).map(down).collect::<Vec<_>>());
     let concentric: Vec<Corners> = (1..=2300)

@@ -13,9 +13,11 @@ use boxwood::device::Timing;
 fn no_leaf_is_larger_than_asked() {
     let device = quiet();
     let one = random(1, 1.0, 1)[0];
-    for (what, soup) in
-        [("random", scene(&random(2500, 0.5, 1))), ("grid", scene(&grid(2500))), ("alike", scene(&vec![one; 2500]))]
-    {
+    for (what, soup) in [
+        ("random", scene(&random(2500, 0.5, 1))),
+        ("grid", scene(&grid(2500))),
+        ("alike", scene(&vec![one; 2500])),
+    ] {
         for limit in [1, 2, 3, 8, 63, 64] {
             // A costly box test makes leaves as large as may be.
             let collapse = Collapse { traversal_cost: 1e6, triangle_cost: 1.0, max_leaf: limit };

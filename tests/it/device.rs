@@ -125,11 +125,24 @@ fn times_add_up_and_bear_the_kernels_names() {
     for pass in &times.passes {
         assert!(kernels::ALL.iter().any(|k| k.0 == pass.name), "{}", pass.name);
     }
-    for name in ["morton/bounds", "morton/encode", "sort/count", "sort/scatter", "ploc/search", "ploc/merge", "layout/nodes", "layout/triangles"] {
+    for name in [
+        "morton/bounds",
+        "morton/encode",
+        "sort/count",
+        "sort/scatter",
+        "ploc/search",
+        "ploc/merge",
+        "layout/nodes",
+        "layout/triangles",
+    ] {
         assert!(times.passes.iter().any(|p| p.name == name), "no {name}");
     }
     let outer = build(Timing::Outer).times;
     assert!(outer.passes.is_empty() && outer.device_ms > 0.0);
-    assert!(built.scratch_bytes > 0 && built.scratch_bytes < 200 * 20_000 + (1 << 20), "{}", built.scratch_bytes);
+    assert!(
+        built.scratch_bytes > 0 && built.scratch_bytes < 200 * 20_000 + (1 << 20),
+        "{}",
+        built.scratch_bytes
+    );
     assert!(built.explain.iter().any(|s| s.starts_with("ploc:")), "{:?}", built.explain);
 }

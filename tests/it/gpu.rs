@@ -5,10 +5,17 @@
 use boxwood::device::{Device, Options};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
-/// The device, opened once. `BOXWOOD_VALIDATION=1` turns the layers on.
+/// How tests open devices. `BOXWOOD_VALIDATION=1` turns the layers on; loads are then of one word, for with 64-bit ones
+/// a single small build took over 100 s under the layers on a cold shader cache (lavapipe 25.0, 2 cores).
+pub fn options() -> Options {
+    let options = Options::from_env();
+    Options { narrow_loads: options.validation, ..options }
+}
+
+/// The device, opened once.
 pub fn gpu() -> &'static Arc<Device> {
     static DEVICE: OnceLock<Arc<Device>> = OnceLock::new();
-    DEVICE.get_or_init(|| Device::open(&Options::from_env()).unwrap())
+    DEVICE.get_or_init(|| Device::open(&options()).unwrap())
 }
 
 /// Holds the devices for one test, so that a message is the fault of the test that runs; checks that there is none.

@@ -120,8 +120,12 @@ fn a_stage_has_one_name_in_four_places() {
         if !stage.path().is_dir() || files(&stage.path(), "comp").is_empty() {
             continue;
         }
-        let host = [format!("src/bvh/{s}.rs"),
-            format!("src/bvh/{s}/mod.rs"), format!("src/{s}/mod.rs"), format!("src/trace/{s}.rs")];
+        let host = [
+            format!("src/bvh/{s}.rs"),
+            format!("src/bvh/{s}/mod.rs"),
+            format!("src/{s}/mod.rs"),
+            format!("src/trace/{s}.rs"),
+        ];
         // The scan is a step of other stages, which record it.
         assert!(s == "scan" || there(&host), "glsl/{s} has none of {host:?}");
         assert!(there(&[format!("src/oracle/{s}.rs")]), "glsl/{s} has no twin src/oracle/{s}.rs");

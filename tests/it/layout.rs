@@ -10,7 +10,14 @@ use boxwood::bvh::{Bvh, Child, HostTree};
 use boxwood::scene::Scene;
 
 /// Triangles below `child` in order; each within `bounds`, as is each box.
-fn walk(tree: &HostTree, anchor: [f32; 3], child: u32, bounds: &Aabb, triangles: &mut Vec<u32>, depth: &mut u32) {
+fn walk(
+    tree: &HostTree,
+    anchor: [f32; 3],
+    child: u32,
+    bounds: &Aabb,
+    triangles: &mut Vec<u32>,
+    depth: &mut u32,
+) {
     match tree.child(child) {
         Child::Leaf { first, count } => {
             for place in first..first + count {
@@ -30,7 +37,10 @@ fn walk(tree: &HostTree, anchor: [f32; 3], child: u32, bounds: &Aabb, triangles:
             for (b, child) in [(&node.left_bounds, node.left), (&node.right_bounds, node.right)] {
                 for k in 0..3 {
                     let (lo, hi) = (bounds.lo[k], bounds.hi[k]);
-                    assert!(lo <= b.lo[k] && b.hi[k] <= hi, "node {i}: child {child:#x} sticks out: {b:?} of {bounds:?}");
+                    assert!(
+                        lo <= b.lo[k] && b.hi[k] <= hi,
+                        "node {i}: child {child:#x} sticks out: {b:?} of {bounds:?}"
+                    );
                 }
                 let mut below = *depth;
                 walk(tree, anchor, child, b, triangles, &mut below);

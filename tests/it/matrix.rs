@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-use crate::gpu::{quiet, quiet_on};
+use crate::gpu::{options, quiet, quiet_on};
 use crate::soup::{grid, random, scene};
 use boxwood::abi::{PlocRoot, RawNode, TAIL_CLUSTERS};
 use boxwood::bvh::{self, Built, Collapse, HostTree, Morton, Recipe, SceneBuffers, Stages};
@@ -26,14 +26,14 @@ pub fn max_leaf(max_leaf: u32) -> Recipe {
 /// A device on which kernels load word by word, as where there are no 64-bit integers.
 pub fn narrow() -> &'static Arc<Device> {
     static DEVICE: OnceLock<Arc<Device>> = OnceLock::new();
-    let options = Options { narrow_loads: true, ..Options::from_env() };
+    let options = Options { narrow_loads: true, ..options() };
     DEVICE.get_or_init(|| Device::open(&options).unwrap())
 }
 
 /// A device with the kernel shapes of a GPU.
 pub fn gpu_shaped() -> &'static Arc<Device> {
     static DEVICE: OnceLock<Arc<Device>> = OnceLock::new();
-    let options = Options { shape: Some(Shape::gpu(256)), ..Options::from_env() };
+    let options = Options { shape: Some(Shape::gpu(256)), ..options() };
     DEVICE.get_or_init(|| Device::open(&options).unwrap())
 }
 
@@ -57,7 +57,12 @@ pub fn assert_same_tree(what: &str, a: &HostTree, b: &HostTree) {
 }
 
 /// Builds on `device` and as the twins do, and compares each stage.
-pub fn assert_twin(what: &str, device: &Arc<Device>, scene: &Scene, recipe: &Recipe) -> (Built, oracle::Built) {
+pub fn assert_twin(
+    what: &str,
+    device: &Arc<Device>,
+    scene: &Scene,
+    recipe: &Recipe,
+) -> (Built, oracle::Built) {
     let what = format!("{what}, {} triangles, {recipe:?}", scene.triangles.len());
     let (built, stages) = build(device, scene, recipe);
     let twin = oracle::build(scene, recipe);
@@ -100,7 +105,8 @@ pub fn assert_twin(what: &str, device: &Arc<Device>, scene: &Scene, recipe: &Rec
 fn sizes(shape: &Shape) -> Vec<usize> {
     let tile = (shape.workgroup * shape.items) as usize;
     let sort_tile = (shape.sort_workgroup * shape.sort_items) as usize;
-    let steps = [shape.workgroup as usize, 64, 256, tile, 1024, TAIL_CLUSTERS as usize, 4096, sort_tile, 32768];
+    let steps =
+        [shape.workgroup as usize, 64, 256, tile, 1024, TAIL_CLUSTERS as usize, 4096, sort_tile, 32768];
     let mut sizes = vec![0, 1, 2, 3, 70_001];
     sizes.extend(steps.iter().flat_map(|n| [n - 1, *n, n + 1]));
     sizes.sort_unstable();

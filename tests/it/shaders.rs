@@ -18,7 +18,8 @@ fn every_module_is_valid() {
                 .arg(&path)
                 .output()
                 .unwrap_or_else(|e| panic!("spirv-val did not start ({e}); run `make setup`"));
-            let said = String::from_utf8_lossy(&out.stderr).into_owned() + &String::from_utf8_lossy(&out.stdout);
+            let said =
+                String::from_utf8_lossy(&out.stderr).into_owned() + &String::from_utf8_lossy(&out.stdout);
             assert!(out.status.success() && said.trim().is_empty(), "{name} ({kind}): {said}");
         }
     }

@@ -6,8 +6,8 @@ use crate::gpu::quiet;
 use crate::matrix::assert_twin;
 use crate::soup::{Random, scene};
 use boxwood::abi::{
-    SPEC_DIGIT_BITS, SPEC_ITEMS, SPEC_WG, ScanExclusiveArgs, SortCountArgs, SortDuplicatesArgs, SortGatherArgs,
-    SortScatterArgs,
+    SPEC_DIGIT_BITS, SPEC_ITEMS, SPEC_WG, ScanExclusiveArgs, SortCountArgs, SortDuplicatesArgs,
+    SortGatherArgs, SortScatterArgs,
 };
 use boxwood::bvh::{Morton, Recipe};
 use boxwood::device::{Buffer, Device, Recorder, Timing};
@@ -32,8 +32,7 @@ fn pass(device: &Arc<Device>, keys: &[u32], values: &[u32], shift: u32) -> (Vec<
     let (keys_out, values_out) = (new("keys_out", keys.len()), new("values_out", keys.len()));
     let (counts, total) = (new("counts", numbers as usize), new("total", 1));
     let mut rec = Recorder::new(device, Timing::Off).unwrap();
-    let args =
-        SortCountArgs { keys: keys_in.ptr(), counts: counts.ptr_mut(), count, shift, tiles };
+    let args = SortCountArgs { keys: keys_in.ptr(), counts: counts.ptr_mut(), count, shift, tiles };
     rec.dispatch(&kernels::SORT_COUNT, &constants, tiles, args).unwrap();
     let args = ScanExclusiveArgs { sums: counts.ptr_mut(), total: total.ptr_mut(), count: numbers };
     rec.dispatch(&kernels::SCAN_EXCLUSIVE, &[(SPEC_WG, shape.single_workgroup)], 1, args).unwrap();

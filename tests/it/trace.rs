@@ -16,8 +16,7 @@ use boxwood::scene::Scene;
 use boxwood::trace::{Batch, Options, Precision, Query, trace};
 use std::sync::Arc;
 
-const CLOSEST: Options =
-    Options { query: Query::Closest, precision: Precision::Robust, coherent: false };
+const CLOSEST: Options = Options { query: Query::Closest, precision: Precision::Robust, coherent: false };
 const ANY: Options = Options { query: Query::Any, ..CLOSEST };
 const PACKETS: Options = Options { coherent: true, ..CLOSEST };
 const ANY_PACKETS: Options = Options { coherent: true, ..ANY };
@@ -82,7 +81,14 @@ fn assert_same_hits(what: &str, rays: &[Ray], a: &[Hit], b: &[Hit]) {
     assert_eq!(a.len(), b.len(), "{what}");
     let different: Vec<usize> = (0..a.len()).filter(|&i| bits(&a[i]) != bits(&b[i])).collect();
     if let Some(&i) = different.first() {
-        panic!("{what}: {} of {} rays differ, ray {i} {:?}: {:?} and {:?}", different.len(), a.len(), rays[i], a[i], b[i]);
+        panic!(
+            "{what}: {} of {} rays differ, ray {i} {:?}: {:?} and {:?}",
+            different.len(),
+            a.len(),
+            rays[i],
+            a[i],
+            b[i]
+        );
     }
 }
 
@@ -137,7 +143,8 @@ fn random_rays_hit_as_the_twin_and_the_reference_say() {
 fn axis_rays_hit_as_the_twin_and_the_reference_say() {
     let device = quiet();
     let city = named("city:2000");
-    for (what, scene) in [("grid", scene(&grid(3000))), ("sphere", sphere(12, [0.0; 3], 0.9)), ("city", city)] {
+    for (what, scene) in [("grid", scene(&grid(3000))), ("sphere", sphere(12, [0.0; 3], 0.9)), ("city", city)]
+    {
         let (lo, hi) = (scene.bounds().lo, scene.bounds().hi);
         // The rays' cube onto the scene's box.
         let place = |p: [f32; 3]| std::array::from_fn(|k| (p[k] + 1.0) * 0.5 * (hi[k] - lo[k]) + lo[k]);
@@ -151,7 +158,9 @@ fn axis_rays_hit_as_the_twin_and_the_reference_say() {
 fn no_ray_leaks_through_vertices_and_edges() {
     let device = quiet();
     let far = [1e4, -2e5, 1e6];
-    for (centre, radius) in [([0.0; 3], 1.0), (far, 1e3), ([0.0; 3], 1e-30), ([0.0; 3], 1e30), ([3.0; 3], 1e-3)] {
+    for (centre, radius) in
+        [([0.0; 3], 1.0), (far, 1e3), ([0.0; 3], 1e-30), ([0.0; 3], 1e30), ([3.0; 3], 1e-3)]
+    {
         let scene = sphere(16, centre, radius);
         let traced = Traced::new(&device, &scene, &Recipe::default());
         for off in [0.0, 0.3] {
@@ -207,8 +216,7 @@ fn counts_are_those_of_the_twin() {
             let (hits, tests) = traced.counted(&rays, options);
             assert_same_hits("counting changes nothing", &rays, &hits, &traced.hits(&rays, options));
             for (i, r) in rays.iter().enumerate() {
-                let twin =
-                    if options == ANY { traced.twin().any(r).1 } else { traced.twin().closest(r).1 };
+                let twin = if options == ANY { traced.twin().any(r).1 } else { traced.twin().closest(r).1 };
                 let counts = |t: &Tests| (t.boxes, t.triangles);
                 assert_eq!(counts(&tests[i]), counts(&twin), "boxes, triangles: {options:?}, ray {i}: {r:?}");
             }
@@ -281,7 +289,12 @@ fn directions_of_any_length() {
     for factor in [1e-30, 1e30, 1e-37, 3e37] {
         let rays: Vec<Ray> =
             plain.iter().map(|r| Ray { direction: r.direction.map(|x| x * factor), ..*r }).collect();
-        assert_clean(&format!("directions · {factor:e}"), &reference, &rays, &traced.assert_twin("long", &rays));
+        assert_clean(
+            &format!("directions · {factor:e}"),
+            &reference,
+            &rays,
+            &traced.assert_twin("long", &rays),
+        );
     }
     // Denormal ones: t may be beyond the floats, and is cut to the largest of them, for +inf means a miss.
     let denormal: Vec<Ray> =
@@ -344,7 +357,8 @@ fn scenes_of_any_size_anywhere() {
     let device = quiet();
     let soup = random(800, 0.3, 15);
     let rays = random_rays(1500, 16);
-    for (scale, shift) in [(1e-30f32, 0.0f32), (1e30, 0.0), (1.0, 1e4), (1.0, 1e6), (1e3, -1e6), (1e-3, 10.0)] {
+    for (scale, shift) in [(1e-30f32, 0.0f32), (1e30, 0.0), (1.0, 1e4), (1.0, 1e6), (1e3, -1e6), (1e-3, 10.0)]
+    {
         let place = |p: [f32; 3]| p.map(|x| x * scale + shift);
         let scene = scene(&moved(&soup, place));
         let rays: Vec<Ray> = rays.iter().map(|r| Ray { origin: place(r.origin), ..*r }).collect();

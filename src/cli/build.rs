@@ -1,0 +1,138 @@
+//! `boxwood build`: builds a scene's tree and says what it took.
+
+use super::check::{self, Checks};
+use super::choices::{Builder, RecipeArgs, RunsArgs};
+use super::files::{Output, emit};
+use super::{Global, explain};
+use crate::bench::{Builds, KernelTime, measure_builds};
+use crate::bvh::{Recipe, SceneBuffers};
+use crate::device::Device;
+use crate::scene::Scene;
+use anyhow::Result;
+use std::path::PathBuf;
+
+/// Build a scene's tree; print times, memory and quality as JSON.
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// A .obj, .ply or .tri file, or one of: dragon, sponza, hairball:N, city:N, city-rotated:N, sphere:N.
+    scene: String,
+    #[command(flatten)]
+    recipe: RecipeArgs,
+    #[command(flatten)]
+    runs: RunsArgs,
+    /// Write the JSON to this file as well.
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Check the tree; exit with 1 where anything is wrong with it.
+    #[arg(long)]
+    check: bool,
+    /// Say what the build did and what it skipped.
+    #[arg(long)]
+    explain: bool,
+}
+
+/// What `build` and `query` report of a build.
+#[derive(Debug, serde::Serialize)]
+pub(super) struct BuildReport {
+    device: String,
+    driver: String,
+    commit: &'static str,
+    scene: String,
+    triangles: usize,
+    left_out: u32,
+    builder: Builder,
+    radius: u32,
+    max_leaf: u32,
+    costs: [f32; 2],
+    runs: usize,
+    build_ms: f64,
+    build_ms_min: f64,
+    build_wall_ms: f64,
+    bvh_bytes: u64,
+    scratch_bytes: u64,
+    sah: f64,
+    depth: u32,
+    nodes: usize,
+    tree_hash: String,
+}
+
+/// The whole report of `build`.
+#[derive(serde::Serialize)]
+struct Report<'a> {
+    #[serde(flatten)]
+    build: &'a BuildReport,
+    kernels: &'a [KernelTime],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    check: Option<Checks>,
+}
+
+impl BuildReport {
+    /// Of `builds`; reads the tree back for its hash.
+    pub(super) fn new(
+        device: &Device,
+        scene: &Scene,
+        builder: Builder,
+        recipe: &Recipe,
+        builds: &Builds,
+    ) -> Result<Self> {
+        let bvh = &builds.built.bvh;
+        Ok(Self {
+            device: device.info().name.clone(),
+            driver: device.info().driver.clone(),
+            commit: env!("BOXWOOD_COMMIT"),
+            scene: scene.name.clone(),
+            triangles: scene.triangles.len(),
+            left_out: bvh.left_out,
+            builder,
+            radius: recipe.radius,
+            max_leaf: recipe.collapse.max_leaf,
+            costs: [recipe.collapse.traversal_cost, recipe.collapse.triangle_cost],
+            runs: builds.device.runs,
+            build_ms: builds.device.median,
+            build_ms_min: builds.device.min,
+            build_wall_ms: builds.wall.median,
+            bvh_bytes: bvh.bytes(),
+            scratch_bytes: builds.built.scratch_bytes,
+            sah: bvh.sah,
+            depth: bvh.depth,
+            nodes: bvh.nodes.len(),
+            tree_hash: bvh.read()?.hash(),
+        })
+    }
+
+    /// For people.
+    pub(super) fn remark(&self, global: &Global) {
+        let per_triangle = self.triangles.max(1) as f64;
+        global.remark(format_args!(
+            "{}: {} triangles built in {:.2} ms (least {:.2}, wall {:.2}) on {}",
+            self.scene, self.triangles, self.build_ms, self.build_ms_min, self.build_wall_ms, self.device
+        ));
+        global.remark(format_args!(
+            "tree: {} nodes, {:.1} MB, SAH cost {:.2}; scratch {:.0} bytes a triangle",
+            self.nodes,
+            self.bvh_bytes as f64 * 1e-6,
+            self.sah,
+            self.scratch_bytes as f64 / per_triangle
+        ));
+    }
+}
+
+/// Runs the command.
+pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
+    let recipe = args.recipe.recipe();
+    let json = args.json.as_deref().map(Output::new).transpose()?;
+    let device = global.open_device()?;
+    let scene = global.open_scene(&args.scene)?;
+    let buffers = SceneBuffers::upload(&device, &scene)?;
+    let builds = measure_builds(&device, &buffers, &recipe, args.runs.runs as usize)?;
+    let build = BuildReport::new(&device, &scene, args.recipe.builder, &recipe, &builds)?;
+    build.remark(global);
+    if args.explain {
+        explain::build(&builds.built);
+    }
+    let check =
+        if args.check { Some(Checks::of_tree(global, &scene, &builds.built.bvh, &recipe)?) } else { None };
+    let faults = check.as_ref().and_then(Checks::faults);
+    emit(&Report { build: &build, kernels: &builds.kernels, check }, json)?;
+    check::fail_on(faults)
+}

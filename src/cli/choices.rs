@@ -1,0 +1,128 @@
+//! Arguments that several subcommands share, and what they mean to the library.
+
+use crate::bvh::{Collapse, Morton, Recipe};
+use crate::trace::Precision;
+use clap::ValueEnum;
+
+/// Which builder. One for now.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum Builder {
+    /// Parallel locally-ordered clustering over Morton order.
+    Ploc,
+}
+
+/// Length of the Morton codes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum MortonBits {
+    /// 10 bits an axis.
+    #[value(name = "30")]
+    Bits30,
+    /// 21 bits an axis.
+    #[value(name = "63")]
+    Bits63,
+    /// 63 where too many triangles share a 30-bit code.
+    Auto,
+}
+
+/// Which triangle test.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum PrecisionName {
+    /// Watertight, with exact signs.
+    Robust,
+    /// Möller–Trumbore: leaks at edges and vertices.
+    Fast,
+}
+
+impl PrecisionName {
+    /// As typed.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            PrecisionName::Robust => "robust",
+            PrecisionName::Fast => "fast",
+        }
+    }
+}
+
+impl From<PrecisionName> for Precision {
+    fn from(name: PrecisionName) -> Self {
+        match name {
+            PrecisionName::Robust => Self::Robust,
+            PrecisionName::Fast => Self::Fast,
+        }
+    }
+}
+
+/// How to build.
+#[derive(Debug, clap::Args)]
+pub(super) struct RecipeArgs {
+    /// Builder.
+    #[arg(long, value_enum, default_value_t = Builder::Ploc)]
+    pub(super) builder: Builder,
+    /// PLOC's search radius, clusters to either side: 1–128.
+    #[arg(long, value_name = "N", default_value_t = Recipe::default().radius, value_parser = clap::value_parser!(u32).range(1..=128))]
+    radius: u32,
+    /// Bits of the Morton codes.
+    #[arg(long, value_enum, default_value_t = MortonBits::Auto)]
+    morton: MortonBits,
+    /// Triangles that a leaf may hold: 1–64.
+    #[arg(long, value_name = "N", default_value_t = Recipe::default().collapse.max_leaf, value_parser = clap::value_parser!(u32).range(1..=64))]
+    max_leaf: u32,
+    /// Costs of a box-pair test and of a triangle test, for leaves by the surface area heuristic.
+    #[arg(long, value_name = "cT,cI", default_value = "3,2", value_parser = costs)]
+    costs: (f32, f32),
+}
+
+impl RecipeArgs {
+    /// The same for the library.
+    pub(super) fn recipe(&self) -> Recipe {
+        let morton = match self.morton {
+            MortonBits::Bits30 => Morton::Bits30,
+            MortonBits::Bits63 => Morton::Bits63,
+            MortonBits::Auto => Morton::Auto,
+        };
+        let (traversal_cost, triangle_cost) = self.costs;
+        let collapse = Collapse { traversal_cost, triangle_cost, max_leaf: self.max_leaf };
+        Recipe { morton, radius: self.radius, collapse }
+    }
+}
+
+/// Two numbers above 0, with a comma between them.
+fn costs(text: &str) -> Result<(f32, f32), String> {
+    let number = |s: &str| s.trim().parse::<f32>().ok().filter(|x| x.is_finite() && *x > 0.0);
+    let pair = text.split_once(',').and_then(|(a, b)| Some((number(a)?, number(b)?)));
+    pair.ok_or_else(|| "write two numbers above 0, such as 3,2".into())
+}
+
+/// How often to measure.
+#[derive(Debug, clap::Args)]
+pub(super) struct RunsArgs {
+    /// Measured runs, after a warm-up; medians and the least are reported.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub(super) runs: u32,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn costs_are_two_positive_numbers() {
+        assert_eq!(costs("3,2"), Ok((3.0, 2.0)));
+        assert_eq!(costs(" 1.5, 1 "), Ok((1.5, 1.0)));
+        for bad in ["", "3", "3,", "0,1", "3,-2", "inf,1", "nan,1", "1,2,3"] {
+            assert!(costs(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn defaults_are_the_librarys() {
+        use clap::Parser;
+        #[derive(Parser)]
+        struct Only {
+            #[command(flatten)]
+            recipe: RecipeArgs,
+        }
+        assert_eq!(Only::parse_from(["x"]).recipe.recipe(), Recipe::default());
+    }
+}

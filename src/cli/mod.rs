@@ -1,0 +1,156 @@
+//! The command line: arguments, one file a subcommand, exit codes. Knows everything; nothing knows it.
+//!
+//! JSON and tables go to stdout, remarks, progress and errors to stderr. Exit code 0: done; 1: it failed, or a check
+//! found a fault; 2: the arguments make no sense.
+
+mod bench;
+mod build;
+mod check;
+mod choices;
+mod devices;
+mod explain;
+mod files;
+mod image;
+mod query;
+mod render;
+
+use crate::device::{Device, Options};
+use crate::scene::{self, Progress, Scene};
+use anyhow::Result;
+use clap::{ArgAction, Args, Parser, Subcommand};
+use std::process::ExitCode;
+use std::sync::Arc;
+use tracing_subscriber::EnvFilter;
+
+/// Bounding volume hierarchies built and traced by Vulkan compute shaders, and measured honestly.
+#[derive(Debug, Parser)]
+#[command(name = "boxwood", version = concat!(env!("CARGO_PKG_VERSION"), " (", env!("BOXWOOD_COMMIT"), ")"))]
+struct Cli {
+    #[command(flatten)]
+    global: Global,
+    #[command(subcommand)]
+    command: Command,
+}
+
+/// What every subcommand takes.
+#[derive(Debug, Args)]
+struct Global {
+    /// Device to use: its number or part of its name, see `boxwood devices`. Default: a real GPU before a software one.
+    #[arg(long, global = true, value_name = "NAME|N")]
+    device: Option<String>,
+    /// No progress bars and no remarks; warnings and errors only.
+    #[arg(long, short, global = true)]
+    quiet: bool,
+    /// Say more on stderr; twice: even more. RUST_LOG has the last word.
+    #[arg(short, long, global = true, action = ArgAction::Count)]
+    verbose: u8,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Devices(devices::Args),
+    Build(build::Args),
+    Query(query::Args),
+    Render(render::Args),
+    Bench(bench::Args),
+}
+
+/// Runs the command that the arguments name.
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    log(cli.global.verbose);
+    let done = match &cli.command {
+        Command::Devices(args) => devices::run(&cli.global, args),
+        Command::Build(args) => build::run(&cli.global, args),
+        Command::Query(args) => query::run(&cli.global, args),
+        Command::Render(args) => render::run(&cli.global, args),
+        Command::Bench(args) => bench::run(&cli.global, args),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(e) if closed_pipe(&e) => ExitCode::SUCCESS,
+        Err(e) => {
+            eprintln!("error: {}", in_one_line(&e));
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Sends the library's log to stderr: warnings, unless asked for more.
+fn log(verbose: u8) {
+    let level = match verbose {
+        0 => "warn",
+        1 => "boxwood=info,warn",
+        _ => "boxwood=debug,info",
+    };
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(level));
+    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).without_time().init();
+}
+
+/// Whether nobody reads stdout any more, as with `| head`: no failure of ours.
+fn closed_pipe(error: &anyhow::Error) -> bool {
+    let io = error.downcast_ref::<std::io::Error>();
+    io.is_some_and(|e| e.kind() == std::io::ErrorKind::BrokenPipe)
+}
+
+/// An error and its causes, leaving out a cause that the words before it already quote.
+fn in_one_line(error: &anyhow::Error) -> String {
+    error.chain().map(ToString::to_string).fold(String::new(), |line, cause| match line.as_str() {
+        "" => cause,
+        said if said.contains(&cause) => line,
+        _ => format!("{line}: {cause}"),
+    })
+}
+
+impl Global {
+    fn open_device(&self) -> Result<Arc<Device>> {
+        let device = Device::open(&Options { device: self.device.clone(), ..Options::from_env() })?;
+        tracing::info!("{}, {}", device.info().name, device.info().driver);
+        Ok(device)
+    }
+
+    fn progress(&self) -> Progress {
+        if self.quiet { Progress::Quiet } else { Progress::Bars }
+    }
+
+    fn scene_options(&self) -> scene::Options {
+        scene::Options { progress: self.progress(), cache: None }
+    }
+
+    fn open_scene(&self, spec: &str) -> Result<Scene> {
+        let scene = scene::open(spec, &self.scene_options())?;
+        warn_of(&scene);
+        Ok(scene)
+    }
+
+    /// A line on stderr, unless `--quiet`.
+    fn remark(&self, line: impl std::fmt::Display) {
+        if !self.quiet {
+            eprintln!("{line}");
+        }
+    }
+}
+
+/// Logs what was odd about a scene.
+fn warn_of(scene: &Scene) {
+    for w in &scene.warnings {
+        tracing::warn!("{}: {} {} (first: {})", scene.name, w.count, w.what, w.first);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn arguments_are_sound() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn causes_are_said_once() {
+        let e = anyhow::anyhow!("no such file").context("can't read a: no such file").context("loading");
+        assert_eq!(in_one_line(&e), "loading: can't read a: no such file");
+    }
+}

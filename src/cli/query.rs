@@ -1,0 +1,174 @@
+//! `boxwood query`: the door for other programs. Rays in, hits out, and what it took.
+
+use super::build::BuildReport;
+use super::check::{self, Checks};
+use super::choices::{PrecisionName, RecipeArgs, RunsArgs};
+use super::files::{self, Output, emit};
+use super::{Global, explain};
+use crate::bench::{Counting, KernelTime, Protocol, Traced, measure_builds, trace_all};
+use crate::bvh::{Bvh, SceneBuffers};
+use crate::scene::Progress;
+use crate::trace::{Options, Query, is_coherent, kernel_name};
+use anyhow::Result;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::path::PathBuf;
+
+/// Trace the rays of a file through a scene and write their hits; print times as JSON.
+///
+/// Rays: little-endian f32, 8 a ray: origin, t_min, direction (of any length), t_max (may be +inf). Hits: f32 t (+inf
+/// on a miss), u32 triangle in input order (0xffffffff on a miss), f32 u (weight of the second vertex), f32 v (of the
+/// third).
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// A .obj, .ply or .tri file, or one of: dragon, sponza, hairball:N, city:N, city-rotated:N, sphere:N.
+    scene: String,
+    /// Ray file.
+    #[arg(long, value_name = "FILE")]
+    rays: PathBuf,
+    /// Hit file to write.
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// Only whether there is a hit: t is 0 where there is, and no triangle is told.
+    #[arg(long)]
+    any: bool,
+    /// Count box and triangle tests, in a run of its own.
+    #[arg(long)]
+    count: bool,
+    /// Triangle test.
+    #[arg(long, value_enum, default_value_t = PrecisionName::Robust)]
+    precision: PrecisionName,
+    #[command(flatten)]
+    recipe: RecipeArgs,
+    #[command(flatten)]
+    runs: RunsArgs,
+    /// Write the JSON to this file as well.
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Check the tree and the hits; exit with 1 where anything is wrong with them (with `--precision fast`, report only).
+    #[arg(long)]
+    check: bool,
+    /// Say what building and tracing did and what they skipped.
+    #[arg(long)]
+    explain: bool,
+}
+
+/// What `query` reports.
+#[derive(serde::Serialize)]
+struct Report<'a> {
+    #[serde(flatten)]
+    build: &'a BuildReport,
+    query: &'static str,
+    precision: &'static str,
+    coherent: bool,
+    rays: usize,
+    hits: usize,
+    trace_ms: f64,
+    trace_ms_min: f64,
+    trace_wall_ms: f64,
+    mrays_s: f64,
+    rays_per_submit: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    box_tests: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    triangle_tests: Option<u64>,
+    kernels: Vec<KernelTime>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    check: Option<Checks>,
+}
+
+/// Runs the command.
+pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
+    let recipe = args.recipe.recipe();
+    let rays = files::rays(&args.rays)?;
+    let out = Output::new(&args.out)?;
+    let json = args.json.as_deref().map(Output::new).transpose()?;
+    let device = global.open_device()?;
+    let scene = global.open_scene(&args.scene)?;
+    let buffers = SceneBuffers::upload(&device, &scene)?;
+    let runs = args.runs.runs as usize;
+    let builds = measure_builds(&device, &buffers, &recipe, runs)?;
+    drop(buffers);
+    let bvh = &builds.built.bvh;
+    let build = BuildReport::new(&device, &scene, args.recipe.builder, &recipe, &builds)?;
+    build.remark(global);
+
+    let options = Options {
+        query: if args.any { Query::Any } else { Query::Closest },
+        precision: args.precision.into(),
+        coherent: is_coherent(&rays, extent(bvh)),
+    };
+    let protocol = Protocol { runs, counting: if args.count { Counting::On } else { Counting::Off } };
+    let bar = bar(global, rays.len());
+    let traced = trace_all(&device, bvh, &rays, options, protocol, &|n| bar.inc(n as u64))?;
+    bar.finish_and_clear();
+    if args.explain {
+        explain::build(&builds.built);
+        explain::trace(&device, options, protocol.counting, &traced);
+    }
+    out.finish(&files::hit_bytes(&traced.hits))?;
+
+    let mut kernels = builds.kernels;
+    let Traced { submits: count, device: device_ms, wall, .. } = &traced;
+    kernels.push(KernelTime { name: kernel_name(&device, options), count: *count, ms: device_ms.median });
+    let hits = traced.hits.iter().filter(|h| h.is_hit()).count();
+    let mrays_s = device_ms.rate(rays.len()).median;
+    global.remark(format_args!(
+        "{} rays, {hits} hits in {:.2} ms (least {:.2}, wall {:.2}): {mrays_s:.2} Mrays/s",
+        rays.len(),
+        device_ms.median,
+        device_ms.min,
+        wall.median
+    ));
+    let check = match args.check {
+        true => Some(Checks::of_tree(global, &scene, bvh, &recipe)?.and_hits(
+            global,
+            &scene,
+            &rays,
+            &traced.hits,
+            options,
+        )),
+        false => None,
+    };
+    let faults = check.as_ref().and_then(Checks::faults);
+    let report = Report {
+        build: &build,
+        query: match options.query {
+            Query::Closest => "closest",
+            Query::Any => "any",
+        },
+        precision: args.precision.name(),
+        coherent: options.coherent,
+        rays: rays.len(),
+        hits,
+        trace_ms: device_ms.median,
+        trace_ms_min: device_ms.min,
+        trace_wall_ms: wall.median,
+        mrays_s,
+        rays_per_submit: traced.chunk.min(rays.len()),
+        box_tests: traced.tests.map(|t| t.boxes),
+        triangle_tests: traced.tests.map(|t| t.triangles),
+        kernels,
+        check,
+    };
+    emit(&report, json)?;
+    check::fail_on(faults)
+}
+
+/// Longest edge of the tree's box, scene units.
+fn extent(bvh: &Bvh) -> f32 {
+    let longest = (0..3).map(|k| bvh.bounds.hi[k] - bvh.bounds.lo[k]).fold(0.0, f32::max);
+    (f64::from(longest) * 2f64.powi(-bvh.exponent)) as f32
+}
+
+/// Shows how many rays are done, on a terminal.
+pub(super) fn bar(global: &Global, rays: usize) -> ProgressBar {
+    let target = match global.progress() {
+        Progress::Bars => ProgressDrawTarget::stderr(),
+        Progress::Quiet => ProgressDrawTarget::hidden(),
+    };
+    let bar = ProgressBar::with_draw_target(Some(rays as u64), target).with_message("tracing");
+    match ProgressStyle::with_template("{msg} {wide_bar} {human_pos}/{human_len}") {
+        Ok(style) => bar.with_style(style),
+        Err(_) => bar,
+    }
+}
