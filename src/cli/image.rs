@@ -54,7 +54,11 @@ impl Picture {
 
     /// From linear light, a value a pixel.
     pub(super) fn of(width: usize, light: &[Vec3]) -> Self {
-        Self { width, height: light.len() / width.max(1), pixels: light.iter().map(|l| encoded(*l)).collect() }
+        Self {
+            width,
+            height: light.len() / width.max(1),
+            pixels: light.iter().map(|l| encoded(*l)).collect(),
+        }
     }
 
     /// Sets a pixel, if it is within.
@@ -152,7 +156,8 @@ pub(super) fn heat_map(width: usize, counts: &[u32], unit: &str) -> Picture {
         let beyond = if tick == 4 && f64::from(most) > end { "+" } else { "" };
         let number = format!("{}{beyond}", end * tick as f64 / 4.0);
         let half = text_width(&number, size) / 2;
-        let from = at.saturating_sub(half).clamp(margin, (width.saturating_sub(margin + 2 * half)).max(margin));
+        let from =
+            at.saturating_sub(half).clamp(margin, (width.saturating_sub(margin + 2 * half)).max(margin));
         picture.write(&number, from, numbers_y, size, ink);
         for y in 0..margin / 2 {
             picture.set(at, bar_y + bar_height + y.saturating_sub(1), ink);
@@ -181,7 +186,9 @@ mod tests {
 
     #[test]
     fn scales_end_above_their_counts() {
-        for (most, step) in [(0.0, 1.0), (4.0, 1.0), (5.0, 2.0), (99.0, 30.0), (401.0, 200.0), (250_000.0, 80_000.0)] {
+        for (most, step) in
+            [(0.0, 1.0), (4.0, 1.0), (5.0, 2.0), (99.0, 30.0), (401.0, 200.0), (250_000.0, 80_000.0)]
+        {
             assert_eq!(step_for(most), step, "{most}");
         }
     }

@@ -9,7 +9,9 @@ use crate::bvh::{Bvh, SceneBuffers, build};
 use crate::device::{Device, Timing};
 use crate::oracle::rays::surface_of;
 use crate::scene::Scene;
-use crate::trace::rays::{MOST_SAMPLES, SAMPLES, SECONDARY_BATCH, Secondary, View, pixel_order, primary, secondary};
+use crate::trace::rays::{
+    MOST_SAMPLES, SAMPLES, SECONDARY_BATCH, Secondary, View, pixel_order, primary, secondary,
+};
 use crate::trace::{Batch, Options, Query, trace};
 use anyhow::{Context, Result, bail};
 use glam::{DVec3, Vec3};
@@ -102,7 +104,8 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
         bail!("--mode all makes {} pictures; give --out a folder, not {}", modes.len(), args.out.display());
     }
     if !single {
-        fs::create_dir_all(&args.out).with_context(|| format!("can't make the folder {}", args.out.display()))?;
+        fs::create_dir_all(&args.out)
+            .with_context(|| format!("can't make the folder {}", args.out.display()))?;
     }
     let path = |mode: Mode| if single { args.out.clone() } else { args.out.join(mode.file()) };
     let paths: Vec<PathBuf> = modes.iter().map(|m| path(*m)).collect();
@@ -204,7 +207,8 @@ impl<'a> Studio<'a> {
     /// A lamp over the viewer's left shoulder, and the sky: lighter where a surface faces up.
     fn shaded(&self) -> Vec<Vec3> {
         let [corner, across, down] = self.view.axes();
-        let forward = corner + (across * f64::from(self.view.width) + down * f64::from(self.view.height)) / 2.0;
+        let forward =
+            corner + (across * f64::from(self.view.width) + down * f64::from(self.view.height)) / 2.0;
         let (left, above) = (-across.normalize_or_zero(), -down.normalize_or_zero());
         let lamp = (left * 0.5 + above * 0.8 - forward.normalize_or_zero() * 0.7).normalize().as_vec3();
         let of_ray = |(ray, hit): (&Ray, &Hit)| {
@@ -223,7 +227,12 @@ impl<'a> Studio<'a> {
 
     /// The mean of what secondary rays bring that meet nothing; `background` where there is no surface, or the sky where
     /// that is black.
-    fn gathered(&self, kind: &Secondary, bring: impl Fn(Vec3) -> Vec3, background: Vec3) -> Result<Vec<Vec3>> {
+    fn gathered(
+        &self,
+        kind: &Secondary,
+        bring: impl Fn(Vec3) -> Vec3,
+        background: Vec3,
+    ) -> Result<Vec<Vec3>> {
         let empty = |ray: &Ray| if background == Vec3::ZERO { self.background(ray) } else { background };
         let mut light: Vec<Vec3> = self.rays.iter().map(empty).collect();
         let has_surface = |i: &usize| surface_of(self.scene, &self.rays[*i], &self.hits[*i], *i).is_some();
@@ -234,13 +243,22 @@ impl<'a> Studio<'a> {
         let bar = query::bar(self.global, self.hits.len());
         let mut start = 0;
         while start < self.hits.len() {
-            let (taken, _) =
-                secondary(&self.device, &self.buffers, &self.primaries, kind, start, &mut batch, Timing::Off)?;
+            let (taken, _) = secondary(
+                &self.device,
+                &self.buffers,
+                &self.primaries,
+                kind,
+                start,
+                &mut batch,
+                Timing::Off,
+            )?;
             trace(&self.device, &self.bvh, &batch, options, Timing::Off)?;
             let rays = batch.rays.read_first(batch.count)?;
             let hits = batch.hits.read_first(batch.count)?;
             for (rays, hits) in rays.chunks_exact(samples).zip(hits.chunks_exact(samples)) {
-                let Some(i) = open.next() else { bail!("rays/surface: the device finds more surfaces than its twin") };
+                let Some(i) = open.next() else {
+                    bail!("rays/surface: the device finds more surfaces than its twin")
+                };
                 let free = rays.iter().zip(hits).filter(|(_, hit)| !hit.is_hit());
                 let sum: Vec3 = free.map(|(ray, _)| bring(Vec3::from(ray.direction))).sum();
                 light[i] = sum / samples as f32 * ALBEDO;
@@ -262,7 +280,8 @@ impl<'a> Studio<'a> {
         let options = Options { query: Query::Closest, ..self.options };
         trace(&self.device, &self.bvh, &counted, options, Timing::Off)?;
         let Some(tests) = &counted.tests else { bail!("the batch has no room for counts") };
-        let tests = self.on_pixels(&tests.read()?.iter().map(|t: &Tests| [t.boxes, t.triangles]).collect::<Vec<_>>());
+        let tests =
+            self.on_pixels(&tests.read()?.iter().map(|t: &Tests| [t.boxes, t.triangles]).collect::<Vec<_>>());
         let width = self.view.width as usize;
         let map = |which: usize, unit: &str| {
             heat_map(width, &tests.iter().map(|t| t[which]).collect::<Vec<_>>(), unit)
