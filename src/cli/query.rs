@@ -161,7 +161,7 @@ fn extent(bvh: &Bvh) -> f32 {
 }
 
 /// Shows how many rays are done, on a terminal.
-fn bar(global: &Global, rays: usize) -> ProgressBar {
+pub(super) fn bar(global: &Global, rays: usize) -> ProgressBar {
     let target = match global.progress() {
         Progress::Bars => ProgressDrawTarget::stderr(),
         Progress::Quiet => ProgressDrawTarget::hidden(),
