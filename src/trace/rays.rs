@@ -313,7 +313,8 @@ mod tests {
     #[test]
     fn halton_points() {
         let share = |p: Pair| p.map(|x| f64::from(x) / f64::from(1 << 24));
-        for (index, u, v) in [(1, 1.0 / 2.0, 1.0 / 3.0), (2, 1.0 / 4.0, 2.0 / 3.0), (5, 5.0 / 8.0, 7.0 / 9.0)] {
+        for (index, u, v) in [(1, 1.0 / 2.0, 1.0 / 3.0), (2, 1.0 / 4.0, 2.0 / 3.0), (5, 5.0 / 8.0, 7.0 / 9.0)]
+        {
             let p = share(halton(index));
             assert!((p[0] - u).abs() < 1e-7 && (p[1] - v).abs() < 1e-7, "{index}: {p:?}");
         }
