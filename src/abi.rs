@@ -231,7 +231,7 @@ abi! {
         rank: u32,
         /// Triangles, with [`COLLAPSED_BIT`] where `node` is collapsed.
         count: u32,
-        /// Expected cost of the subtree if hit times its half area (not divided by the scene's): [Goldsmith87].
+        /// Expected cost of the subtree if hit times its half area (not divided by the scene's): \[GOLDSMITH87\].
         cost: f32,
     }
     /// An inner node of the binary tree before collapse and layout.

@@ -1,6 +1,53 @@
 //! boxwood: bounding volume hierarchies built and traced by Vulkan compute shaders, and measured honestly.
 //!
-//! Flow: `scene → bvh::{morton → sort → ploc → collapse → layout} → trace → bench::report`.
+//! # Flow
+//! `scene → bvh::{morton → sort → ploc → collapse → layout} → trace → bench::report`
+//!
+//! A [`scene::Scene`] is read, fetched or generated on the host and uploaded as [`bvh::SceneBuffers`];
+//! [`bvh::build`] records the stages of a build, [`trace::trace`] sends rays through the packed tree, and
+//! [`oracle`] says whether tree and hits are right.
+//!
+//! # Rooms
+//! | room | what it knows |
+//! |---|---|
+//! | [`abi`] | every struct and constant that host and kernels share; `build.rs` makes the GLSL side of it |
+//! | [`kernels`] | one constant a `glsl/<stage>/<verb>.comp` |
+//! | [`scene`] | meshes: files, fetched ones, generators, cameras |
+//! | [`device`] | Vulkan: selection, buffers, pipelines, recorded passes, times; knows no trees |
+//! | [`bvh`] | records a build; knows no files |
+//! | [`trace`] | rays and their hits |
+//! | [`oracle`] | CPU twins of the kernels, and an f64 reference that they and the device answer to |
+//! | [`bench`] | warm-up, repeats, medians, reports |
+//! | [`cli`] | the command line; knows everything, nothing knows it |
+//!
+//! A stage has one name in four places: `src/bvh/ploc.rs` records it, `glsl/ploc/*.comp` compute it,
+//! `src/oracle/ploc.rs` defines it, `tests/it/ploc.rs` compares. Kernel `ploc/search` is its file, its constant
+//! [`kernels::PLOC_SEARCH`], its arguments [`abi::PlocSearchArgs`], its label, its row in a report and its name in an
+//! error.
+//!
+//! # Glossary
+//! - **leaf, inner node**: of the packed tree; a *raw* node is one of the binary tree before collapse.
+//! - **collapse**: making a subtree one leaf where the surface area heuristic says that it costs less.
+//! - **SAH cost**: `[c_T Σ_inner A + c_I Σ_leaf A n] / A_scene`, A half surface areas, n triangles \[WALD07\].
+//! - **Morton rank**: a triangle's place in Morton order.
+//! - **unit space**: scene coordinates scaled by a power of two so that the longest edge lies in ½…1, less an anchor.
+//! - **robust, fast**: the watertight triangle test with exact signs; Möller–Trumbore.
+//! - **stable ray**: one whose slightly moved copies agree, so that a difference there is a fault, not rounding.
+//! - **device shape**: how many items an invocation takes, how large a workgroup is. Results never depend on it.
+//!
+//! # Bibliography
+//! - \[AILA09\] Aila, Laine: Understanding the efficiency of ray traversal on GPUs. HPG 2009.
+//! - \[EDELSBRUNNER90\] Edelsbrunner, Mücke: Simulation of simplicity. ACM ToG 9(1), 1990.
+//! - \[GOLDSMITH87\] Goldsmith, Salmon: Automatic creation of object hierarchies for ray tracing. CG&A 7(5), 1987.
+//! - \[KARRAS12\] Karras: Maximizing parallelism in the construction of BVHs, octrees and k-d trees. HPG 2012.
+//! - \[MERRILL10\] Merrill, Grimshaw: Revisiting sorting for GPGPU stream architectures. PACT 2010.
+//! - \[MOLLER97\] Möller, Trumbore: Fast, minimum storage ray/triangle intersection. JGT 2(1), 1997.
+//! - \[MORTON66\] Morton: A computer oriented geodetic data base. IBM, 1966.
+//! - \[PLOC18\] Meister, Bittner: Parallel locally-ordered clustering for BVH construction. TVCG 24(3), 2018.
+//! - \[SHEWCHUK97\] Shewchuk: Adaptive precision floating-point arithmetic and fast robust predicates. DCG 18, 1997.
+//! - \[VEVERKOVA24\] Veverková: Tight bounding volumes for BVHs. CTU in Prague, 2024: ray protocol and metrics.
+//! - \[WALD07\] Wald: On fast construction of SAH-based bounding volume hierarchies. RT 2007.
+//! - \[WOOP13\] Woop, Benthin, Wald: Watertight ray/triangle intersection. JCGT 2(1), 2013.
 
 pub mod abi;
 pub mod bench;

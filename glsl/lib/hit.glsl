@@ -10,7 +10,7 @@ uint leaf_first(uint reference) { return reference & ((1u << (31 - LEAF_BITS)) -
 uint leaf_count(uint reference) { return ((reference & ~LEAF_BIT) >> (31 - LEAF_BITS)) + 1u; }
 
 // Which side the perturbed origin (ε, ε²) has of an edge p → q through the origin: exactly one of two triangles
-// that share an edge, and of the fan around a vertex, owns the ray [Edelsbrunner90].
+// that share an edge, and of the fan around a vertex, owns the ray [EDELSBRUNNER90].
 float owner_side(vec2 p, vec2 q) {
     return q.y != p.y ? (q.y < p.y ? 1.0 : -1.0) : q.x != p.x ? (q.x > p.x ? 1.0 : -1.0) : 0.0;
 }
@@ -31,7 +31,7 @@ struct Meeting {
     vec2 uv;
 };
 
-// [Woop13]: shears the triangle so that the ray is the z axis, then takes the signs of three 2-D edge functions.
+// [WOOP13]: shears the triangle so that the ray is the z axis, then takes the signs of three 2-D edge functions.
 // Differences: a function that rounds to 0 is decided exactly, and edges have owners. Rounding a product difference
 // never turns its sign, so only zeros need care. 
 bool meet_robust(Setup s, PackedTriangle t, out Meeting m) {
@@ -60,7 +60,7 @@ bool meet_robust(Setup s, PackedTriangle t, out Meeting m) {
     return true;
 }
 
-// [Moller97]. Leaks at edges and vertices.
+// [MOLLER97]. Leaks at edges and vertices.
 bool meet_fast(Setup s, PackedTriangle t, out Meeting m) {
     vec3 direction = turned(s, s.direction);
     vec3 a = turned(s, t.a), e1 = turned(s, t.b) - a, e2 = turned(s, t.c) - a;

@@ -20,7 +20,7 @@ void merge(Aabb box_a, Cluster a, Aabb box_b, Cluster b, out Aabb box, out Clust
     cluster.node = b.rank - 1;
     cluster.rank = a.rank;
     uint count = (a.count & ~COLLAPSED_BIT) + (b.count & ~COLLAPSED_BIT);
-    // [Goldsmith87], [Wald07]: as an inner node, or as one leaf where that costs less.
+    // [GOLDSMITH87], [WALD07]: as an inner node, or as one leaf where that costs less.
     precise float area = half_area(box);
     precise float inner = args.traversal_cost * area + (a.cost + b.cost);
     precise float leaf = (args.triangle_cost * area) * float(count);

@@ -3,6 +3,7 @@
 // a node is fetched once a packet and visited if any ray hits it.
 #include "lib/ray.glsl"
 #include "lib/hit.glsl"
+#include "lib/packet.glsl"
 
 layout(constant_id = SPEC_STACK) const uint STACK = 64;
 
@@ -20,7 +21,7 @@ void main() {
     uint node = args.root;
     while (node != INVALID) {
         if (node < LEAF_BIT) {
-            Node n = LOAD_Node(nodes, node);
+            Node n = shared_node(node);
             vec3 n0 = mix(n.left_bounds.lo, n.left_bounds.hi, negative) * s.inverse + s.near;
             vec3 f0 = mix(n.left_bounds.hi, n.left_bounds.lo, negative) * s.inverse + s.far;
             vec3 n1 = mix(n.right_bounds.lo, n.right_bounds.hi, negative) * s.inverse + s.near;
@@ -50,7 +51,7 @@ void main() {
             for (; place < end; ++place) {
                 bool wanted = active_ray && (ANY == 0 || nearest.triangle == INVALID);
                 if (COUNT != 0 && wanted) tests.triangles += 1;
-                PackedTriangle triangle = LOAD_PackedTriangle(triangles, place);
+                PackedTriangle triangle = shared_triangle(place);
                 if (wanted) meet_triangle(s, triangle, nearest);
             }
             if (ANY != 0) {

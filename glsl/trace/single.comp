@@ -1,5 +1,5 @@
 // One invocation a ray: its nearest hit, or with ANY whether there is one. Reads rays, nodes, triangles.
-// While-while [Aila09], nearer child first; a popped node is not tested again: keeping its t costs more than it saves.
+// While-while [AILA09], nearer child first; a popped node is not tested again: keeping its t costs more than it saves.
 // The stack holds one entry a level at most, and STACK is no less than the tree is deep.
 #include "lib/ray.glsl"
 #include "lib/hit.glsl"

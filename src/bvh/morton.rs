@@ -1,4 +1,4 @@
-//! Scene bounds and Morton codes [Morton66, Karras12].
+//! Scene bounds and Morton codes \[MORTON66, KARRAS12\].
 
 use super::{Build, Morton, Result};
 use crate::abi::{

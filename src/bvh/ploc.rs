@@ -1,4 +1,4 @@
-//! PLOC: parallel locally-ordered clustering [PLOC18]. Clusters lie in Morton order; each looks RADIUS to either side
+//! PLOC: parallel locally-ordered clustering \[PLOC18\]. Clusters lie in Morton order; each looks RADIUS to either side
 //! for the one with which its common box is least; pairs that name each other merge; the rest go on.
 //! Differs: ties go by the colour of a pair (see `glsl/lib/pair.glsl`) and nodes are numbered by the rank that dies,
 //! so the tree is the same on every device; the surface area heuristic's leaves are decided at each merge.

@@ -15,7 +15,7 @@ pub enum Morton {
     Bits63,
 }
 
-/// When a subtree becomes one leaf: where the surface area heuristic says that it costs less [Goldsmith87, Wald07].
+/// When a subtree becomes one leaf: where the surface area heuristic says that it costs less \[GOLDSMITH87, WALD07\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Collapse {
     /// Cost of testing a node's two boxes, c_T, in units of one's choice; above 0.

@@ -1,5 +1,5 @@
 //! Triangles in Morton order: a stable least-significant-digit radix sort, reduce-then-scan, so that no workgroup
-//! waits for another [Merrill10]. Digits whose bits don't differ are skipped.
+//! waits for another \[MERRILL10\]. Digits whose bits don't differ are skipped.
 
 use super::morton::{self, Codes};
 use super::{Build, Morton, Result};

@@ -41,9 +41,9 @@ impl Shape {
         let threads = std::env::var("LP_NUM_THREADS").ok().and_then(|s| s.parse().ok()).unwrap_or(threads);
         Self {
             workgroup: subgroup.max(8),
-            items: 256,
+            items: 124,
             sort_workgroup: subgroup.max(8),
-            sort_items: 1024,
+            sort_items: 1000,
             sort_digit_bits: 8,
             single_workgroup: subgroup.max(8),
             trace_workgroup: 64,

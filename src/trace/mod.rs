@@ -32,10 +32,10 @@ pub enum Query {
 /// Which triangle test.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Precision {
-    /// Watertight, with exact signs [Woop13].
+    /// Watertight, with exact signs \[WOOP13\].
     #[default]
     Robust,
-    /// Möller–Trumbore [Moller97]: leaks at edges and vertices.
+    /// Möller–Trumbore \[MOLLER97\]: leaks at edges and vertices.
     Fast,
 }
 
