@@ -137,7 +137,7 @@ pub(super) fn heat_map(width: usize, counts: &[u32], unit: &str) -> Picture {
     let map = Picture::of(width, &light);
 
     let title = format!("{unit}: mean {mean:.1}, most {most}");
-    let size = if text_width(&title, 2) + 16 <= width { 2 } else { 1 };
+    let size = if text_width(&title, 2) + 32 <= width { 2 } else { 1 };
     let (margin, letter) = (8 * size, LETTER * size);
     let (bar_y, bar_height) = (map.height + margin + letter + margin / 2, 2 * letter);
     let numbers_y = bar_y + bar_height + margin / 2;
