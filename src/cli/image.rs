@@ -29,7 +29,7 @@ fn encoded(light: Vec3) -> [u8; 3] {
 }
 
 /// The colour of `share` in [0, 1], linear light: from near black by violet and orange to pale yellow. Lightness rises
-/// evenly in Oklab [Ottosson20], so that order shows, in print and to colour-blind eyes too.
+/// evenly in Oklab (Ottosson20), so that order shows, in print and to colour-blind eyes too.
 pub(super) fn heat(share: f32) -> Vec3 {
     let x = share.clamp(0.0, 1.0);
     let lightness = 0.16 + 0.80 * x;
