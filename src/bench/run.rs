@@ -14,7 +14,7 @@ use crate::oracle::compare::{self, Verdict, compare};
 use crate::oracle::reference::Reference;
 use crate::oracle::validate::{Claims, Stats, validate};
 use crate::scene::Scene;
-use crate::trace::rays::{Secondary, View, primary, secondary};
+use crate::trace::rays::{SAMPLES, Secondary, View, primary, secondary};
 use crate::trace::{BATCH, Batch, Options, Precision, Query, kernel_name, trace};
 use std::sync::Arc;
 
@@ -169,8 +169,10 @@ impl<'a> Bench<'a> {
         let parts = match (kind, self.plan.coverage) {
             (RayKind::Primary, _) => 1,
             (_, Coverage::Spans { count, .. }) => count,
-            // Enough for the first few batches; how many there are isn't known yet.
-            (_, Coverage::All) => 4,
+            // As many as there would be if every primary hit.
+            (_, Coverage::All) => {
+                (self.primaries.count * SAMPLES as usize).div_ceil(self.secondaries.rays.len())
+            }
         };
         let (mut rays, mut hits): (Vec<Ray>, Vec<Hit>) = (vec![], vec![]);
         self.each_batch(case, bvh, kind, |batch| {

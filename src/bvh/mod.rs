@@ -78,7 +78,9 @@ pub enum BuildError {
         range: &'static str,
     },
     /// Too many triangles for 32-bit references.
-    #[error("{count} triangles: at most {limit} with leaves of up to {max_leaf} (the leaf's size takes bits of its reference)")]
+    #[error(
+        "{count} triangles: at most {limit} with leaves of up to {max_leaf} (the leaf's size takes bits of its reference)"
+    )]
     TooMany {
         /// Triangles.
         count: usize,
@@ -88,7 +90,9 @@ pub enum BuildError {
         max_leaf: u32,
     },
     /// PLOC made no progress: a fault of the device or the driver.
-    #[error("ploc: {clusters} clusters were left after {rounds} rounds and none merged: the device computes wrong results (`boxwood devices` may tell why)")]
+    #[error(
+        "ploc: {clusters} clusters were left after {rounds} rounds and none merged: the device computes wrong results (`boxwood devices` may tell why)"
+    )]
     Stalled {
         /// Rounds done.
         rounds: u32,
@@ -118,11 +122,22 @@ pub fn build(device: &Arc<Device>, scene: &SceneBuffers, recipe: &Recipe, timing
         let (count, max_leaf) = (scene.count(), recipe.collapse.max_leaf);
         return Err(BuildError::TooMany { count, limit, max_leaf });
     }
-    device.require_memory(&format!("building over {} triangles", scene.count()), memory_needed(scene.count()))?;
+    device.require_memory(
+        &format!("building over {} triangles", scene.count()),
+        memory_needed(scene.count()),
+    )?;
 
     let start = Instant::now();
     let before = device.track_memory();
-    let mut build = Build { device, scene, recipe, timing, times: Times::default(), explain: vec![], peak_before_tree: 0 };
+    let mut build = Build {
+        device,
+        scene,
+        recipe,
+        timing,
+        times: Times::default(),
+        explain: vec![],
+        peak_before_tree: 0,
+    };
     let (codes, space) = morton::encode(&mut build)?;
     let order = sort::by_code(&mut build, codes)?;
     let tree = ploc::cluster(&mut build, &order, &space)?;

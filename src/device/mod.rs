@@ -11,7 +11,7 @@ mod shape;
 
 pub use buffer::Buffer;
 pub use error::{DeviceError, Result};
-pub use recorder::{Pass, Recorder, Timing, Times};
+pub use recorder::{Pass, Recorder, Times, Timing};
 pub use select::{DeviceInfo, Feature, choose};
 pub use shape::Shape;
 
@@ -102,9 +102,11 @@ impl Instance {
         // SAFETY: as above.
         let extensions =
             unsafe { entry.enumerate_instance_extension_properties(None) }.context("instance extensions")?;
-        let has_debug = extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(ash::ext::debug_utils::NAME));
+        let has_debug =
+            extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(ash::ext::debug_utils::NAME));
 
-        let app = vk::ApplicationInfo::default().application_name(c"boxwood").api_version(vk::API_VERSION_1_2);
+        let app =
+            vk::ApplicationInfo::default().application_name(c"boxwood").api_version(vk::API_VERSION_1_2);
         let layer_names = if validation { vec![VALIDATION.as_ptr()] } else { vec![] };
         let mut names = vec![];
         if has_debug {
@@ -128,12 +130,14 @@ impl Instance {
         }
         // SAFETY: names and structs outlive the call.
         let raw = unsafe { entry.create_instance(&create, None) }.context("vkCreateInstance")?;
-        let mut instance = Self { _entry: entry, raw, debug: None, labels: has_debug, messages: Arc::default() };
+        let mut instance =
+            Self { _entry: entry, raw, debug: None, labels: has_debug, messages: Arc::default() };
         if validation {
             let loader = ash::ext::debug_utils::Instance::new(&instance._entry, &instance.raw);
             let info = vk::DebugUtilsMessengerCreateInfoEXT::default()
                 .message_severity(
-                    vk::DebugUtilsMessageSeverityFlagsEXT::ERROR | vk::DebugUtilsMessageSeverityFlagsEXT::WARNING,
+                    vk::DebugUtilsMessageSeverityFlagsEXT::ERROR
+                        | vk::DebugUtilsMessageSeverityFlagsEXT::WARNING,
                 )
                 .message_type(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION)
                 .pfn_user_callback(Some(on_message))
@@ -229,7 +233,11 @@ impl Device {
             buffer_device_address: true,
             allocation_sizes: gpu_allocator::AllocationSizes::default(),
         })
-        .map_err(|source| DeviceError::Allocation { what: "the allocator".into(), bytes: 0, source })?;
+        .map_err(|source| DeviceError::Allocation {
+            what: "the allocator".into(),
+            bytes: 0,
+            source,
+        })?;
         let labels = instance.labels.then(|| ash::ext::debug_utils::Device::new(&instance.raw, &raw));
         Ok(Arc::new(Self {
             shape: Shape::of(&info),
