@@ -1,4 +1,5 @@
-//! Compiles every kernel `glsl/<stage>/<verb>.comp` to SPIR-V, twice: with and without 64-bit loads. Buffers are device
+//! Compiles every kernel `glsl/<stage>/<verb>.comp` to SPIR-V, twice: with and without 64-bit integers
+//! and floats. Buffers are device
 //! addresses. Writes `kernels.rs` (one constant a kernel) and refuses a kernel whose member offsets differ
 //! from the host's. Also puts the commit into `BOXWOOD_COMMIT`.
 
@@ -12,8 +13,8 @@ use std::{env, fs, process};
 mod abi;
 
 const GLSL: &str = "glsl";
-/// Name, 64-bit loads: in the order of `Kernel::spirv`.
-const MODES: [(&str, bool); 2] = [("words", false), ("pairs", true)];
+/// Name, 64-bit integers and floats: in the order of `Kernel::spirv`.
+const MODES: [(&str, bool); 2] = [("narrow", false), ("wide", true)];
 
 fn main() {
     println!("cargo:rerun-if-changed={GLSL}");
@@ -52,7 +53,7 @@ fn kernels() -> Result<(), String> {
         for (mode, wide) in MODES {
             let source = format!(
                 "#version 460\n{}{prelude}\n{}{}#line 1\n{text}",
-                if wide { "#define INT64\n" } else { "" },
+                if wide { "#define WIDE\n" } else { "" },
                 elements(),
                 arguments(args)
             );

@@ -33,8 +33,8 @@ pub struct Options {
     pub device: Option<String>,
     /// Validation layers (core, synchronization, GPU-assisted); messages gather in [`Device::messages`].
     pub validation: bool,
-    /// Never load two words at a time, even where the device has 64-bit integers: for tests.
-    pub narrow_loads: bool,
+    /// Use no 64-bit integers and floats, even where the device has them: for tests.
+    pub narrow: bool,
 }
 
 impl Options {
@@ -59,8 +59,8 @@ struct Instance {
 pub struct Device {
     info: DeviceInfo,
     shape: Shape,
-    /// Whether kernels load two words at a time.
-    wide_loads: bool,
+    /// Whether kernels use 64-bit integers and floats.
+    wide: bool,
     raw: ash::Device,
     labels: Option<ash::ext::debug_utils::Device>,
     physical: vk::PhysicalDevice,
@@ -204,8 +204,8 @@ impl Device {
             tracing::warn!("{}: {warning}", info.name);
         }
 
-        let wide_loads = info.has_int64 && !options.narrow_loads;
-        let core = vk::PhysicalDeviceFeatures::default().shader_int64(wide_loads);
+        let wide = info.has_wide && !options.narrow;
+        let core = vk::PhysicalDeviceFeatures::default().shader_int64(wide).shader_float64(wide);
         let mut v12 = vk::PhysicalDeviceVulkan12Features::default()
             .buffer_device_address(true)
             .scalar_block_layout(true);
@@ -242,7 +242,7 @@ impl Device {
         Ok(Arc::new(Self {
             shape: Shape::of(&info),
             info,
-            wide_loads,
+            wide,
             raw,
             labels,
             physical,

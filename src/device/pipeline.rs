@@ -38,7 +38,7 @@ impl Device {
         // SAFETY: the info outlives the call.
         let layout = unsafe { self.raw.create_pipeline_layout(&info, None) }.context(kernel.name)?;
 
-        let bytes = kernel.spirv[usize::from(self.wide_loads)];
+        let bytes = kernel.spirv[usize::from(self.wide)];
         let words: Vec<u32> = bytemuck::pod_collect_to_vec(bytes);
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
         // SAFETY: SPIR-V that shaderc made and the build checked.
