@@ -29,7 +29,7 @@ fn encoded(light: Vec3) -> [u8; 3] {
 }
 
 /// The colour of `share` in [0, 1], linear light: from near black by violet and orange to pale yellow. Lightness rises
-/// evenly in Oklab [Ottosson20], so that order shows, in print and to colour-blind eyes too.
+/// evenly in Oklab (Ottosson20), so that order shows, in print and to colour-blind eyes too.
 pub(super) fn heat(share: f32) -> Vec3 {
     let x = share.clamp(0.0, 1.0);
     let lightness = 0.16 + 0.80 * x;
@@ -112,13 +112,14 @@ pub(super) fn text_width(text: &str, size: usize) -> usize {
     text.chars().count() * LETTER * size
 }
 
-/// A step that four of make a scale's end at or above `most`: 1, 2, 3, 4, 5, 6 or 8 times a power of ten.
+/// A whole number, round, that times four is a scale's end at or above `most`.
 fn step_for(most: f64) -> f64 {
     let mut power = 1.0;
     loop {
-        for digit in [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0] {
-            if 4.0 * digit * power >= most {
-                return digit * power;
+        for digit in [1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0] {
+            let step: f64 = digit * power;
+            if step.fract() == 0.0 && 4.0 * step >= most {
+                return step;
             }
         }
         power *= 10.0;
@@ -137,7 +138,8 @@ pub(super) fn heat_map(width: usize, counts: &[u32], unit: &str) -> Picture {
     let map = Picture::of(width, &light);
 
     let title = format!("{unit}: mean {mean:.1}, most {most}");
-    let size = if text_width(&title, 2) + 16 <= width { 2 } else { 1 };
+    // Titles take some 40 letters.
+    let size = (width / 480).max(1);
     let (margin, letter) = (8 * size, LETTER * size);
     let (bar_y, bar_height) = (map.height + margin + letter + margin / 2, 2 * letter);
     let numbers_y = bar_y + bar_height + margin / 2;
@@ -187,7 +189,7 @@ mod tests {
     #[test]
     fn scales_end_above_their_counts() {
         for (most, step) in
-            [(0.0, 1.0), (4.0, 1.0), (5.0, 2.0), (99.0, 30.0), (401.0, 200.0), (250_000.0, 80_000.0)]
+            [(0.0, 1.0), (4.0, 1.0), (5.0, 2.0), (99.0, 25.0), (401.0, 150.0), (250_000.0, 80_000.0)]
         {
             assert_eq!(step_for(most), step, "{most}");
         }

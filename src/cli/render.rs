@@ -22,13 +22,13 @@ use std::sync::Arc;
 /// What surfaces send back of the light that they get.
 const ALBEDO: f32 = 0.8;
 /// The sky straight above, at the horizon, and what lies below it; linear light.
-const ZENITH: Vec3 = Vec3::new(0.42, 0.62, 1.0);
+const ZENITH: Vec3 = Vec3::new(0.55, 0.72, 1.0);
 const HORIZON: Vec3 = Vec3::new(0.95, 0.97, 1.0);
 const GROUND: Vec3 = Vec3::new(0.30, 0.27, 0.24);
 /// The lamp of `primary`, beside the sky's light.
-const LAMP: Vec3 = Vec3::new(0.62, 0.58, 0.50);
+const LAMP: Vec3 = Vec3::new(0.80, 0.75, 0.66);
 /// Light on an open surface that faces the zenith is about 1: what `diffuse` is exposed for.
-const EXPOSURE: f32 = 1.25;
+const EXPOSURE: f32 = 1.2;
 /// Pixels a side at most.
 const LARGEST: i64 = 16384;
 
@@ -168,11 +168,15 @@ impl<'a> Studio<'a> {
             Mode::Primary | Mode::All => self.shaded(),
             Mode::Ao => {
                 let length = args.ao_length.unwrap_or(ao.length);
-                self.gathered(&Secondary { samples: args.samples, length, ..ao }, |_| Vec3::ONE, Vec3::ONE)?
+                // The share of open rays is the pixel's value as it stands, not light: the eye tells more shades apart.
+                let shares =
+                    self.gathered(&Secondary { samples: args.samples, length, ..ao }, |_| Vec3::ONE)?;
+                self.over_background(&shares, |open| Vec3::powf(open, 2.2))
             }
             Mode::Diffuse => {
                 let kind = Secondary { samples: args.samples, ..Secondary::diffuse() };
-                self.gathered(&kind, |d| self.sky(d) * EXPOSURE, Vec3::ZERO)?
+                let means = self.gathered(&kind, |d| self.sky(d) * EXPOSURE)?;
+                self.over_background(&means, |light| light * ALBEDO)
             }
             Mode::Heat => return self.heat(),
         };
@@ -201,7 +205,7 @@ impl<'a> Studio<'a> {
     /// What a primary that misses shows: the sky, paler than it lights, so that things stand out.
     fn background(&self, ray: &Ray) -> Vec3 {
         let height = Vec3::from(ray.direction).dot(self.up);
-        Vec3::splat(0.72).lerp(ZENITH * 0.62, (height * 0.5 + 0.5).clamp(0.0, 1.0))
+        Vec3::splat(0.72).lerp(Vec3::new(0.30, 0.42, 0.62), (height * 0.5 + 0.5).clamp(0.0, 1.0))
     }
 
     /// A lamp over the viewer's left shoulder, and the sky: lighter where a surface faces up.
@@ -210,7 +214,7 @@ impl<'a> Studio<'a> {
         let forward =
             corner + (across * f64::from(self.view.width) + down * f64::from(self.view.height)) / 2.0;
         let (left, above) = (-across.normalize_or_zero(), -down.normalize_or_zero());
-        let lamp = (left * 0.5 + above * 0.8 - forward.normalize_or_zero() * 0.7).normalize().as_vec3();
+        let lamp = (left * 0.35 + above * 0.9 - forward.normalize_or_zero() * 0.45).normalize().as_vec3();
         let of_ray = |(ray, hit): (&Ray, &Hit)| {
             if !hit.is_hit() {
                 return self.background(ray);
@@ -220,21 +224,20 @@ impl<'a> Studio<'a> {
             let normal = (b - a).cross(c - a).normalize_or_zero().as_vec3();
             let normal = if normal.dot(Vec3::from(ray.direction)) > 0.0 { -normal } else { normal };
             let open = 0.5 + 0.5 * normal.dot(self.up);
-            (GROUND.lerp(ZENITH * 0.6, open) * 0.55 + LAMP * normal.dot(lamp).max(0.0)) * ALBEDO
+            (GROUND.lerp(ZENITH * 0.7, open) * 0.45 + LAMP * normal.dot(lamp).max(0.0)) * ALBEDO
         };
         self.rays.iter().zip(&self.hits).map(of_ray).collect()
     }
 
-    /// The mean of what secondary rays bring that meet nothing; `background` where there is no surface, or the sky where
-    /// that is black.
-    fn gathered(
-        &self,
-        kind: &Secondary,
-        bring: impl Fn(Vec3) -> Vec3,
-        background: Vec3,
-    ) -> Result<Vec<Vec3>> {
-        let empty = |ray: &Ray| if background == Vec3::ZERO { self.background(ray) } else { background };
-        let mut light: Vec<Vec3> = self.rays.iter().map(empty).collect();
+    /// Means of secondary rays as light; the background where a primary met nothing.
+    fn over_background(&self, means: &[Option<Vec3>], light: impl Fn(Vec3) -> Vec3) -> Vec<Vec3> {
+        let of_ray = |(ray, mean): (&Ray, &Option<Vec3>)| mean.map_or_else(|| self.background(ray), &light);
+        self.rays.iter().zip(means).map(of_ray).collect()
+    }
+
+    /// The mean of what secondary rays bring that meet nothing; none where a primary met no surface.
+    fn gathered(&self, kind: &Secondary, bring: impl Fn(Vec3) -> Vec3) -> Result<Vec<Option<Vec3>>> {
+        let mut means = vec![None; self.rays.len()];
         let has_surface = |i: &usize| surface_of(self.scene, &self.rays[*i], &self.hits[*i], *i).is_some();
         let mut open = (0..self.hits.len()).filter(has_surface);
         let samples = kind.samples as usize;
@@ -261,7 +264,7 @@ impl<'a> Studio<'a> {
                 };
                 let free = rays.iter().zip(hits).filter(|(_, hit)| !hit.is_hit());
                 let sum: Vec3 = free.map(|(ray, _)| bring(Vec3::from(ray.direction))).sum();
-                light[i] = sum / samples as f32 * ALBEDO;
+                means[i] = Some(sum / samples as f32);
             }
             start += taken;
             bar.inc(taken as u64);
@@ -270,7 +273,7 @@ impl<'a> Studio<'a> {
         if open.next().is_some() {
             bail!("rays/surface: the device finds fewer surfaces than its twin");
         }
-        Ok(light)
+        Ok(means)
     }
 
     /// Tests of each primary ray by itself, not by packets: boxes at the left, triangles at the right.
