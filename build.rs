@@ -67,7 +67,9 @@ fn kernels() -> Result<(), String> {
             "/// `glsl/{name}.comp`\npub const {}: Kernel<abi::{}> = Kernel::new(\"{name}\", [{}]);",
             stem.to_uppercase(),
             args.name,
-            MODES.map(|m| format!("include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{stem}.{}.spv\"))", m.0)).join(", ")
+            MODES
+                .map(|m| format!("include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{stem}.{}.spv\"))", m.0))
+                .join(", ")
         );
     }
     for s in abi::STRUCTS.iter().filter(|s| !s.kernel.is_empty()) {
@@ -93,7 +95,11 @@ fn sources(dir: &Path) -> Result<BTreeMap<String, PathBuf>, String> {
     Ok(found)
 }
 
-fn compile(compiler: &shaderc::Compiler, source: &str, path: &Path) -> Result<shaderc::CompilationArtifact, String> {
+fn compile(
+    compiler: &shaderc::Compiler,
+    source: &str,
+    path: &Path,
+) -> Result<shaderc::CompilationArtifact, String> {
     let mut options = shaderc::CompileOptions::new().map_err(|e| format!("shaderc options: {e}"))?;
     options.set_target_env(shaderc::TargetEnv::Vulkan, shaderc::EnvVersion::Vulkan1_2 as u32);
     options.set_target_spirv(shaderc::SpirvVersion::V1_5);
@@ -107,7 +113,13 @@ fn compile(compiler: &shaderc::Compiler, source: &str, path: &Path) -> Result<sh
         Ok(shaderc::ResolvedInclude { resolved_name: file.to_string_lossy().into_owned(), content })
     });
     compiler
-        .compile_into_spirv(source, shaderc::ShaderKind::Compute, &path.to_string_lossy(), "main", Some(&options))
+        .compile_into_spirv(
+            source,
+            shaderc::ShaderKind::Compute,
+            &path.to_string_lossy(),
+            "main",
+            Some(&options),
+        )
         .map_err(|e| e.to_string())
 }
 
@@ -175,7 +187,8 @@ fn pairs(s: &abi::Struct) -> String {
     }
     for (i, (word, float)) in words.iter().enumerate() {
         let from = format!("w{}.{}", i / 2, ["x", "y"][i % 2]);
-        let _ = writeln!(out, "    {word} = {};", if *float { format!("uintBitsToFloat({from})") } else { from });
+        let _ =
+            writeln!(out, "    {word} = {};", if *float { format!("uintBitsToFloat({from})") } else { from });
     }
     let _ = writeln!(out, "    return s;\n}}");
     let word = |i: usize| {
@@ -203,7 +216,10 @@ fn flatten(s: &abi::Struct, path: &str, words: &mut Vec<(String, bool)>) {
             continue;
         }
         let float = t.contains("f32");
-        match t.strip_prefix('[').and_then(|t| t.trim_end_matches(']').split(';').nth(1)?.parse::<usize>().ok()) {
+        match t
+            .strip_prefix('[')
+            .and_then(|t| t.trim_end_matches(']').split(';').nth(1)?.parse::<usize>().ok())
+        {
             Some(n) => words.extend((0..n).map(|k| (format!("{path}.{}", ["x", "y", "z", "w"][k]), float))),
             None => words.push((path, float)),
         }

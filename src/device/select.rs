@@ -131,13 +131,6 @@ pub(super) fn inspect(instance: &ash::Instance, physical: vk::PhysicalDevice, in
             "reductions, packets",
         ),
         feature("timestamps", optional, p.limits.timestamp_period > 0.0, "times by kernel; else wall time"),
-<<<<<<< HEAD
-        feature("VK_EXT_memory_budget", optional, has(vk::EXT_MEMORY_BUDGET_NAME), "free memory, before a build"),
-        feature("shaderInt64", optional, f.shader_int64 != 0, "loads of two words at a time: half the cost on lavapipe"),
-        feature("shaderFloat64", optional, f.shader_float64 != 0, "rays at edges decided in double precision; else exactly for sheared corners"),
-        feature("VK_KHR_ray_query", optional, has(vk::KHR_RAY_QUERY_NAME), "not used yet: comparison with the device's own"),
-        feature("VK_EXT_subgroup_size_control", optional, has(vk::EXT_SUBGROUP_SIZE_CONTROL_NAME), "not used: results hold for any size"),
-=======
         feature(
             "VK_EXT_memory_budget",
             optional,
@@ -150,7 +143,12 @@ pub(super) fn inspect(instance: &ash::Instance, physical: vk::PhysicalDevice, in
             f.shader_int64 != 0,
             "loads of two words at a time: half the cost on lavapipe",
         ),
-        feature("shaderFloat64", optional, f.shader_float64 != 0, "not used: exact signs use integers"),
+        feature(
+            "shaderFloat64",
+            optional,
+            f.shader_float64 != 0,
+            "rays at edges, decided in doubles; else by exact integers",
+        ),
         feature(
             "VK_KHR_ray_query",
             optional,
@@ -163,7 +161,6 @@ pub(super) fn inspect(instance: &ash::Instance, physical: vk::PhysicalDevice, in
             has(vk::EXT_SUBGROUP_SIZE_CONTROL_NAME),
             "not used: results hold for any size",
         ),
->>>>>>> cli
     ];
     let mut refused: Vec<String> =
         table.iter().filter(|f| f.required && !f.present).map(|f| format!("no {}", f.name)).collect();
