@@ -101,6 +101,10 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     let report = measure(&device, &scenes, &plan, &|step| {
         bar.set_message(step.to_owned());
         bar.inc(1);
+        if bar.is_hidden() {
+            // No terminal: a line a step, for a log that stands still for minutes worries people.
+            global.remark(step);
+        }
     });
     bar.finish_and_clear();
     let report = report?;
