@@ -19,7 +19,9 @@ const MODES: [(&str, bool); 2] = [("narrow", false), ("wide", true)];
 fn main() {
     println!("cargo:rerun-if-changed={GLSL}");
     println!("cargo:rerun-if-changed=src/abi.rs");
-    println!("cargo:rerun-if-changed=.git/logs/HEAD");
+    if Path::new(".git/logs/HEAD").exists() {
+        println!("cargo:rerun-if-changed=.git/logs/HEAD");
+    }
     println!("cargo:rustc-env=BOXWOOD_COMMIT={}", commit());
     if let Err(message) = kernels() {
         eprintln!("{message}");

@@ -40,7 +40,7 @@ pub struct Options {
 impl Options {
     /// The best device; validation if `BOXWOOD_VALIDATION` is set and not 0.
     pub fn from_env() -> Self {
-        let validation = std::env::var_os("BOXWOOD_VALIDATION").is_some_and(|v| v != "0" && v != "");
+        let validation = std::env::var_os("BOXWOOD_VALIDATION").is_some_and(|v| v != "0" && !v.is_empty());
         Self { validation, ..Self::default() }
     }
 }
