@@ -1,4 +1,5 @@
-//! Compiles every kernel `glsl/<stage>/<verb>.comp` to SPIR-V, twice: with and without 64-bit loads. Buffers are device
+//! Compiles every kernel `glsl/<stage>/<verb>.comp` to SPIR-V, twice: with and without 64-bit integers
+//! and floats. Buffers are device
 //! addresses. Writes `kernels.rs` (one constant a kernel) and refuses a kernel whose member offsets differ
 //! from the host's. Also puts the commit into `BOXWOOD_COMMIT`.
 
@@ -12,13 +13,15 @@ use std::{env, fs, process};
 mod abi;
 
 const GLSL: &str = "glsl";
-/// Name, 64-bit loads: in the order of `Kernel::spirv`.
-const MODES: [(&str, bool); 2] = [("words", false), ("pairs", true)];
+/// Name, 64-bit integers and floats: in the order of `Kernel::spirv`.
+const MODES: [(&str, bool); 2] = [("narrow", false), ("wide", true)];
 
 fn main() {
     println!("cargo:rerun-if-changed={GLSL}");
     println!("cargo:rerun-if-changed=src/abi.rs");
-    println!("cargo:rerun-if-changed=.git/logs/HEAD");
+    if Path::new(".git/logs/HEAD").exists() {
+        println!("cargo:rerun-if-changed=.git/logs/HEAD");
+    }
     println!("cargo:rustc-env=BOXWOOD_COMMIT={}", commit());
     if let Err(message) = kernels() {
         eprintln!("{message}");
@@ -53,7 +56,7 @@ fn kernels() -> Result<(), String> {
         for (mode, wide) in MODES {
             let source = format!(
                 "#version 460\n{}{prelude}\n{}{}#line 1\n{text}",
-                if wide { "#define INT64\n" } else { "" },
+                if wide { "#define WIDE\n" } else { "" },
                 elements(),
                 arguments(args)
             );
@@ -67,7 +70,9 @@ fn kernels() -> Result<(), String> {
             "/// `glsl/{name}.comp`\npub const {}: Kernel<abi::{}> = Kernel::new(\"{name}\", [{}]);",
             stem.to_uppercase(),
             args.name,
-            MODES.map(|m| format!("include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{stem}.{}.spv\"))", m.0)).join(", ")
+            MODES
+                .map(|m| format!("include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{stem}.{}.spv\"))", m.0))
+                .join(", ")
         );
         let constant = stem.to_uppercase();
         let _ = writeln!(all, "    (\"{name}\", {constant}.spirv),");
@@ -100,7 +105,11 @@ fn sources(dir: &Path) -> Result<BTreeMap<String, PathBuf>, String> {
     Ok(found)
 }
 
-fn compile(compiler: &shaderc::Compiler, source: &str, path: &Path) -> Result<shaderc::CompilationArtifact, String> {
+fn compile(
+    compiler: &shaderc::Compiler,
+    source: &str,
+    path: &Path,
+) -> Result<shaderc::CompilationArtifact, String> {
     let mut options = shaderc::CompileOptions::new().map_err(|e| format!("shaderc options: {e}"))?;
     options.set_target_env(shaderc::TargetEnv::Vulkan, shaderc::EnvVersion::Vulkan1_2 as u32);
     options.set_target_spirv(shaderc::SpirvVersion::V1_5);
@@ -114,7 +123,13 @@ fn compile(compiler: &shaderc::Compiler, source: &str, path: &Path) -> Result<sh
         Ok(shaderc::ResolvedInclude { resolved_name: file.to_string_lossy().into_owned(), content })
     });
     compiler
-        .compile_into_spirv(source, shaderc::ShaderKind::Compute, &path.to_string_lossy(), "main", Some(&options))
+        .compile_into_spirv(
+            source,
+            shaderc::ShaderKind::Compute,
+            &path.to_string_lossy(),
+            "main",
+            Some(&options),
+        )
         .map_err(|e| e.to_string())
 }
 
@@ -182,7 +197,8 @@ fn pairs(s: &abi::Struct) -> String {
     }
     for (i, (word, float)) in words.iter().enumerate() {
         let from = format!("w{}.{}", i / 2, ["x", "y"][i % 2]);
-        let _ = writeln!(out, "    {word} = {};", if *float { format!("uintBitsToFloat({from})") } else { from });
+        let _ =
+            writeln!(out, "    {word} = {};", if *float { format!("uintBitsToFloat({from})") } else { from });
     }
     let _ = writeln!(out, "    return s;\n}}");
     let word = |i: usize| {
@@ -210,7 +226,10 @@ fn flatten(s: &abi::Struct, path: &str, words: &mut Vec<(String, bool)>) {
             continue;
         }
         let float = t.contains("f32");
-        match t.strip_prefix('[').and_then(|t| t.trim_end_matches(']').split(';').nth(1)?.parse::<usize>().ok()) {
+        match t
+            .strip_prefix('[')
+            .and_then(|t| t.trim_end_matches(']').split(';').nth(1)?.parse::<usize>().ok())
+        {
             Some(n) => words.extend((0..n).map(|k| (format!("{path}.{}", ["x", "y", "z", "w"][k]), float))),
             None => words.push((path, float)),
         }

@@ -8,9 +8,11 @@
 #extension GL_KHR_shader_subgroup_ballot : require
 #extension GL_KHR_shader_subgroup_vote : require
 
+// WIDE: the device has 64-bit integers and floats.
 // Two words loaded or stored at once. A software driver pays for each load of each invocation, whatever its size.
-#ifdef INT64
+#ifdef WIDE
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
+#define FLOAT64
 #define PAIR uint64_t
 uvec2 words_of(PAIR p) { return unpackUint2x32(p); }
 PAIR pair_of(uvec2 words) { return packUint2x32(words); }

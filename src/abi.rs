@@ -75,7 +75,6 @@ pub struct Struct {
 
 /// Arguments of one kernel.
 pub trait Args: bytemuck::NoUninit {
-
     /// Layout of the arguments.
     const STRUCT: Struct;
 }
@@ -128,7 +127,8 @@ pub type Pair = [u32; 2];
 
 /// Structs that buffers hold as pairs of words, which kernels load with `LOAD_S(buffer, i)` and store with
 /// `STORE_S(buffer, i, value)`; the others are plain structs in their buffers.
-pub const PAIRS: &[&str] = &["Ray", "Hit", "Aabb", "Cluster", "RawNode", "Node", "PackedTriangle", "Tests", "Surface"];
+pub const PAIRS: &[&str] =
+    &["Ray", "Hit", "Aabb", "Cluster", "RawNode", "Node", "PackedTriangle", "Tests", "Surface"];
 
 macro_rules! constants {
     ($( $(#[doc = $doc:literal])* $name:ident = $value:expr; )*) => {

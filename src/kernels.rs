@@ -8,7 +8,7 @@ use core::marker::PhantomData;
 pub struct Kernel<A> {
     /// `stage/verb`: its file, its label, its row in a report, its name in an error.
     pub name: &'static str,
-    /// SPIR-V without and with 64-bit loads.
+    /// SPIR-V without and with 64-bit integers and floats.
     pub spirv: [&'static [u8]; 2],
     args: PhantomData<fn(A)>,
 }

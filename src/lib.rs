@@ -17,7 +17,7 @@
 //! | [`bvh`] | records a build; knows no files |
 //! | [`trace`] | rays and their hits |
 //! | [`oracle`] | CPU twins of the kernels, and an f64 reference that they and the device answer to |
-//! | [`bench`] | warm-up, repeats, medians, reports |
+//! | [`bench`](mod@bench) | warm-up, repeats, medians, reports |
 //! | [`cli`] | the command line; knows everything, nothing knows it |
 //!
 //! A stage has one name in four places: `src/bvh/ploc.rs` records it, `glsl/ploc/*.comp` compute it,

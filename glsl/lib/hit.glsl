@@ -1,5 +1,4 @@
 // Ray against triangle. Wants lib/ray.glsl, the buffer triangles and the constants ANY and ROBUST.
-#include "lib/exact.glsl"
 
 layout(constant_id = SPEC_ANY) const uint ANY = 0;
 layout(constant_id = SPEC_COUNT) const uint COUNT = 0;
@@ -8,6 +7,33 @@ layout(constant_id = SPEC_LEAF_BITS) const uint LEAF_BITS = 3;
 
 uint leaf_first(uint reference) { return reference & ((1u << (31 - LEAF_BITS)) - 1u); }
 uint leaf_count(uint reference) { return ((reference & ~LEAF_BIT) >> (31 - LEAF_BITS)) + 1u; }
+
+// x, y, z in the order of s.axes.
+vec3 turned(Setup s, vec3 p) { return s.axes.z == 2 ? p : s.axes.z == 1 ? p.zxy : p.yzx; }
+
+// What a triangle test knows: the hit at t = depth / det, weights of the second and third corner = uv / det.
+struct Meeting {
+    float depth;
+    float det;
+    vec2 uv;
+};
+
+#ifdef FLOAT64
+// The test in double precision, for rays that pass an edge within the rounding of single precision: what it says
+// there is what exact arithmetic says but for differences of 2⁻⁵⁰, and neighbours agree on their shared edge. The
+// triangle is closed: on an edge is inside.
+bool meet_in_doubt(Setup s, PackedTriangle t, out Meeting m) {
+    dvec3 d = dvec3(turned(s, s.direction)), o = dvec3(s.origin);
+    precise dvec3 a = dvec3(turned(s, t.a)) - o, b = dvec3(turned(s, t.b)) - o, c = dvec3(turned(s, t.c)) - o;
+    precise double u = dot(d, cross(c, b)), v = dot(d, cross(a, c)), w = dot(d, cross(b, a));
+    if ((u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0)) return false;
+    precise double det = u + v + w;
+    if (det == 0.0) return false;
+    m = Meeting(float((u * a.z + v * b.z + w * c.z) / (det * d.z)), 1.0, vec2(float(v / det), float(w / det)));
+    return true;
+}
+#else
+#include "lib/exact.glsl"
 
 // Which side the perturbed origin (ε, ε²) has of an edge p → q through the origin: exactly one of two triangles
 // that share an edge, and of the fan around a vertex, owns the ray [EDELSBRUNNER90].
@@ -21,19 +47,24 @@ void decide_edge(vec2 p, vec2 q, inout float weight, out float side) {
     side = weight != 0.0 ? weight : owner_side(p, q);
 }
 
-// x, y, z in the order of s.axes.
-vec3 turned(Setup s, vec3 p) { return s.axes.z == 2 ? p : s.axes.z == 1 ? p.zxy : p.yzx; }
-
-// What a triangle test knows: the hit at t = depth / det, weights of the second and third corner = uv / det.
-struct Meeting {
-    float depth;
-    float det;
-    vec2 uv;
-};
+// Without doubles: only functions that round to 0 are in doubt, for rounding a product difference never turns its
+// sign. They are decided exactly for the sheared corners, and each edge has one owner.
+bool meet_in_doubt(Setup s, PackedTriangle t, vec3 z, vec2 p, vec2 q, vec2 r, vec3 weight, out Meeting m) {
+    vec3 side;
+    decide_edge(r, q, weight.x, side.x);
+    decide_edge(p, r, weight.y, side.y);
+    decide_edge(q, p, weight.z, side.z);
+    if (!(all(greaterThan(side, vec3(0.0))) || all(lessThan(side, vec3(0.0))))) return false;
+    precise float det = weight.x + weight.y + weight.z;
+    if (det == 0.0) return false;
+    precise float depth = (weight.x * z.x + weight.y * z.y + weight.z * z.z) * s.shear.z;
+    m = Meeting(depth, det, weight.yz);
+    return true;
+}
+#endif
 
 // [WOOP13]: shears the triangle so that the ray is the z axis, then takes the signs of three 2-D edge functions.
-// Differences: a function that rounds to 0 is decided exactly, and edges have owners. Rounding a product difference
-// never turns its sign, so only zeros need care. 
+// Differs: what rounding may have turned is decided in higher precision (meet_in_doubt).
 bool meet_robust(Setup s, PackedTriangle t, out Meeting m) {
     precise vec3 a = turned(s, t.a) - s.origin;
     precise vec3 b = turned(s, t.b) - s.origin;
@@ -44,17 +75,21 @@ bool meet_robust(Setup s, PackedTriangle t, out Meeting m) {
     precise float u = r.x * q.y - r.y * q.x;
     precise float v = p.x * r.y - p.y * r.x;
     precise float w = q.x * p.y - q.y * p.x;
+    float lo = least_of(u, least_of(v, w)), hi = greatest_of(u, greatest_of(v, w));
+#ifdef FLOAT64
+    // A sheared coordinate is off by at most 10 u R (see lib/ray.glsl), so an edge function by at most 20 u R times
+    // the largest |x| + |y| of a corner, and 4 u of its products.
+    vec2 far = max(abs(p), max(abs(q), abs(r)));
+    float doubt = s.slack * (far.x + far.y);
+    if (lo < -doubt && hi > doubt) return false;
+    if (least_of(abs(u), least_of(abs(v), abs(w))) <= doubt) return meet_in_doubt(s, t, m);
+#else
     if (u == 0.0 || v == 0.0 || w == 0.0) {
-        vec3 side;
-        decide_edge(r, q, u, side.x);
-        decide_edge(p, r, v, side.y);
-        decide_edge(q, p, w, side.z);
-        if (!(all(greaterThan(side, vec3(0.0))) || all(lessThan(side, vec3(0.0))))) return false;
-    } else if ((u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0)) {
-        return false;
+        return meet_in_doubt(s, t, vec3(a.z, b.z, c.z), p, q, r, vec3(u, v, w), m);
     }
+    if (lo < 0.0 && hi > 0.0) return false;
+#endif
     precise float det = u + v + w;
-    if (det == 0.0) return false;
     precise float depth = (u * a.z + v * b.z + w * c.z) * s.shear.z;
     m = Meeting(depth, det, vec2(v, w));
     return true;

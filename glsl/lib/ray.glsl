@@ -25,6 +25,7 @@ struct Setup {
     float t_max;
     int t_exponent;   // t of the file = t here · 2^t_exponent
     vec3 direction;   // scaled
+    float slack;      // 24 u R: see meet_robust
     bool valid;       // finite, with a direction; other rays miss
 };
 
@@ -61,6 +62,7 @@ Setup prepare(Ray ray) {
     o = vec3(scaled(o.x, args.exponent), scaled(o.y, args.exponent), scaled(o.z, args.exponent));
     vec3 moved = o - args.anchor;
     float reach = args.reach + max(abs(moved.x), max(abs(moved.y), abs(moved.z)));
+    s.slack = (24.0 / 16777216.0) * reach;
     for (int k = 0; k < 3; ++k) {
         float sign_bit = uintBitsToFloat(floatBitsToUint(LEAST_DIRECTION) | (floatBitsToUint(d[k]) & 0x80000000u));
         s.inverse[k] = 1.0 / (abs(d[k]) < LEAST_DIRECTION ? sign_bit : d[k]);

@@ -6,13 +6,19 @@ use super::ploc::RawTree;
 use super::sort::Order;
 use super::{Build, Bvh, Result, leaf_bits};
 use crate::abi::{
-    Aabb, INVALID, LayoutLeafArgs, LayoutNodesArgs, LayoutTrianglesArgs, Node, PlocRoot, SPEC_ITEMS, SPEC_LEAF_BITS, SPEC_WG,
-    TRIANGLE_WORDS,
+    Aabb, INVALID, LayoutLeafArgs, LayoutNodesArgs, LayoutTrianglesArgs, Node, PlocRoot, SPEC_ITEMS,
+    SPEC_LEAF_BITS, SPEC_WG, TRIANGLE_WORDS,
 };
 use crate::kernels;
 
 /// Packs what is kept of `tree`.
-pub(super) fn pack(build: &mut Build<'_>, order: Order, tree: RawTree, kept: Kept, space: Space) -> Result<Bvh> {
+pub(super) fn pack(
+    build: &mut Build<'_>,
+    order: Order,
+    tree: RawTree,
+    kept: Kept,
+    space: Space,
+) -> Result<Bvh> {
     let shape = build.device.shape().clone();
     let n = tree.count as usize;
     let bits = leaf_bits(build.recipe.collapse.max_leaf);

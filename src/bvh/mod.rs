@@ -102,7 +102,9 @@ pub enum BuildError {
         range: &'static str,
     },
     /// Too many triangles for 32-bit references.
-    #[error("{count} triangles: at most {limit} with leaves of up to {max_leaf} (the leaf's size takes bits of its reference)")]
+    #[error(
+        "{count} triangles: at most {limit} with leaves of up to {max_leaf} (the leaf's size takes bits of its reference)"
+    )]
     TooMany {
         /// Triangles.
         count: usize,
@@ -112,7 +114,9 @@ pub enum BuildError {
         max_leaf: u32,
     },
     /// PLOC made no progress: a fault of the device or the driver.
-    #[error("ploc: {clusters} clusters were left after {rounds} rounds and none merged: the device computes wrong results (`boxwood devices` may tell why)")]
+    #[error(
+        "ploc: {clusters} clusters were left after {rounds} rounds and none merged: the device computes wrong results (`boxwood devices` may tell why)"
+    )]
     Stalled {
         /// Rounds done.
         rounds: u32,
@@ -162,11 +166,22 @@ fn run(
         let (count, max_leaf) = (scene.count(), recipe.collapse.max_leaf);
         return Err(BuildError::TooMany { count, limit, max_leaf });
     }
-    device.require_memory(&format!("building over {} triangles", scene.count()), memory_needed(scene.count()))?;
+    device.require_memory(
+        &format!("building over {} triangles", scene.count()),
+        memory_needed(scene.count()),
+    )?;
 
     let start = Instant::now();
     let before = device.track_memory();
-    let mut build = Build { device, scene, recipe, timing, times: Times::default(), explain: vec![], peak_before_tree: 0 };
+    let mut build = Build {
+        device,
+        scene,
+        recipe,
+        timing,
+        times: Times::default(),
+        explain: vec![],
+        peak_before_tree: 0,
+    };
     let (codes, space) = morton::encode(&mut build)?;
     if let Some(s) = &mut stages {
         s.keys = codes.keys.read()?;

@@ -1,9 +1,7 @@
 //! Scene bounds and Morton codes \[MORTON66, KARRAS12\].
 
 use super::{Build, Morton, Result};
-use crate::abi::{
-    Aabb, MortonBoundsArgs, MortonEncodeArgs, PtrMut, SPEC_ITEMS, SPEC_WG, SceneBounds,
-};
+use crate::abi::{Aabb, MortonBoundsArgs, MortonEncodeArgs, PtrMut, SPEC_ITEMS, SPEC_WG, SceneBounds};
 use crate::device::Buffer;
 use crate::kernels;
 

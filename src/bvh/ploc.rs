@@ -174,7 +174,8 @@ impl Rounds {
             round,
         };
         rec.dispatch_indirect(&kernels::PLOC_COUNT, &self.constants, &self.state, at, args)?;
-        let args = PlocScanArgs { sums: self.sums.ptr_mut(), state: self.state.ptr_mut(), round, tile: self.tile };
+        let args =
+            PlocScanArgs { sums: self.sums.ptr_mut(), state: self.state.ptr_mut(), round, tile: self.tile };
         rec.dispatch(&kernels::PLOC_SCAN, &[(SPEC_WG, self.single)], 1, args)?;
         let args = PlocMergeArgs {
             nearest: self.nearest.ptr(),

@@ -4,8 +4,8 @@
 use super::morton::{self, Codes};
 use super::{Build, Morton, Result};
 use crate::abi::{
-    SPEC_DIGIT_BITS, SPEC_ITEMS, SPEC_WG, ScanExclusiveArgs, SortCountArgs, SortDuplicatesArgs, SortGatherArgs,
-    SortScatterArgs,
+    SPEC_DIGIT_BITS, SPEC_ITEMS, SPEC_WG, ScanExclusiveArgs, SortCountArgs, SortDuplicatesArgs,
+    SortGatherArgs, SortScatterArgs,
 };
 use crate::device::{Buffer, Recorder};
 use crate::kernels;
@@ -35,7 +35,10 @@ pub(super) fn by_code(build: &mut Build<'_>, mut codes: Codes) -> Result<Order> 
         sorter.passes(&mut rec, &mut codes.keys, &mut codes.order, codes.live)?
     };
     let bits = if build.recipe.morton == Morton::Bits63 { 63 } else { 30 };
-    build.note(format!("morton: {bits}-bit codes, {passes} sort passes for {} live bits", codes.live.count_ones()));
+    build.note(format!(
+        "morton: {bits}-bit codes, {passes} sort passes for {} live bits",
+        codes.live.count_ones()
+    ));
     if build.recipe.morton == Morton::Auto && codes.hittable > 1 {
         sorter.count_duplicates(&mut rec, &codes.keys, codes.hittable)?;
         build.run(rec)?;
@@ -48,7 +51,10 @@ pub(super) fn by_code(build: &mut Build<'_>, mut codes: Codes) -> Result<Order> 
                 let mut rec = build.recorder()?;
                 let passes = sorter.wide(build, &mut rec, &mut codes, low_keys)?;
                 build.run(rec)?;
-                build.note(format!("morton: {:.0} % shared a 30-bit code, so 63 bits, {passes} more passes", share * 100.0));
+                build.note(format!(
+                    "morton: {:.0} % shared a 30-bit code, so 63 bits, {passes} more passes",
+                    share * 100.0
+                ));
             }
         } else {
             build.note(format!("morton: 63-bit codes skipped, {:.1} % share a 30-bit one", share * 100.0));

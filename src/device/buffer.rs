@@ -33,14 +33,23 @@ pub(super) struct Allocated {
 }
 
 impl Allocated {
-    pub(super) fn new(device: &Arc<Device>, name: &str, bytes: u64, location: MemoryLocation) -> Result<Self> {
+    pub(super) fn new(
+        device: &Arc<Device>,
+        name: &str,
+        bytes: u64,
+        location: MemoryLocation,
+    ) -> Result<Self> {
         let bytes = bytes.max(16).next_multiple_of(16);
         let memory = match device.take_spare(bytes, location) {
             Some(memory) => memory,
             None => create(device, name, bytes, location).or_else(|e| {
                 // What lies spare may be just what is missing.
                 device.free_spare();
-                if matches!(e, DeviceError::Memory { .. }) { create(device, name, bytes, location) } else { Err(e) }
+                if matches!(e, DeviceError::Memory { .. }) {
+                    create(device, name, bytes, location)
+                } else {
+                    Err(e)
+                }
             })?,
         };
         let now = device.in_use.fetch_add(bytes, Ordering::Relaxed) + bytes;

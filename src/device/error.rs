@@ -9,7 +9,9 @@ pub enum DeviceError {
     #[error("no Vulkan loader: {0}; install libvulkan1 (Debian), or run `make setup`")]
     NoLoader(String),
     /// No device can be used.
-    #[error("no Vulkan device can run boxwood ({tried}); run `make setup` for a software device, set VK_DRIVER_FILES, or see `boxwood devices`")]
+    #[error(
+        "no Vulkan device can run boxwood ({tried}); run `make setup` for a software device, set VK_DRIVER_FILES, or see `boxwood devices`"
+    )]
     NoDevice {
         /// Each device and why not.
         tried: String,
@@ -26,7 +28,9 @@ pub enum DeviceError {
     #[error("VK_LAYER_KHRONOS_validation is not installed; run `make setup`, or unset BOXWOOD_VALIDATION")]
     NoValidation,
     /// The device stopped.
-    #[error("{pass}: device lost (last pass that finished: {finished}); a driver fault or a watchdog: try a smaller scene, a newer driver, or another --device")]
+    #[error(
+        "{pass}: device lost (last pass that finished: {finished}); a driver fault or a watchdog: try a smaller scene, a newer driver, or another --device"
+    )]
     Lost {
         /// Where the loss was noticed.
         pass: String,
@@ -34,7 +38,9 @@ pub enum DeviceError {
         finished: String,
     },
     /// Not enough memory.
-    #[error("{what} needs {needed} MiB of device memory, {available} MiB are free on {device}; use a smaller scene or another --device")]
+    #[error(
+        "{what} needs {needed} MiB of device memory, {available} MiB are free on {device}; use a smaller scene or another --device"
+    )]
     Memory {
         /// What for.
         what: String,

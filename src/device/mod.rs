@@ -11,7 +11,7 @@ mod shape;
 
 pub use buffer::Buffer;
 pub use error::{DeviceError, Result};
-pub use recorder::{Pass, Recorder, Timing, Times};
+pub use recorder::{Pass, Recorder, Times, Timing};
 pub use select::{DeviceInfo, Feature, choose};
 pub use shape::Shape;
 
@@ -33,8 +33,8 @@ pub struct Options {
     pub device: Option<String>,
     /// Validation layers (core, synchronization, GPU-assisted); messages gather in [`Device::messages`].
     pub validation: bool,
-    /// Never load two words at a time, even where the device has 64-bit integers: for tests.
-    pub narrow_loads: bool,
+    /// Use no 64-bit integers and floats, even where the device has them: for tests.
+    pub narrow: bool,
     /// Kernel shapes; none: those that suit the device. Results don't depend on them, which tests check by this.
     pub shape: Option<Shape>,
 }
@@ -42,7 +42,7 @@ pub struct Options {
 impl Options {
     /// The best device; validation if `BOXWOOD_VALIDATION` is set and not 0.
     pub fn from_env() -> Self {
-        let validation = std::env::var_os("BOXWOOD_VALIDATION").is_some_and(|v| v != "0" && v != "");
+        let validation = std::env::var_os("BOXWOOD_VALIDATION").is_some_and(|v| v != "0" && !v.is_empty());
         Self { validation, ..Self::default() }
     }
 }
@@ -61,8 +61,8 @@ struct Instance {
 pub struct Device {
     info: DeviceInfo,
     shape: Shape,
-    /// Whether kernels load two words at a time.
-    wide_loads: bool,
+    /// Whether kernels use 64-bit integers and floats.
+    wide: bool,
     raw: ash::Device,
     labels: Option<ash::ext::debug_utils::Device>,
     physical: vk::PhysicalDevice,
@@ -104,9 +104,11 @@ impl Instance {
         // SAFETY: as above.
         let extensions =
             unsafe { entry.enumerate_instance_extension_properties(None) }.context("instance extensions")?;
-        let has_debug = extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(ash::ext::debug_utils::NAME));
+        let has_debug =
+            extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(ash::ext::debug_utils::NAME));
 
-        let app = vk::ApplicationInfo::default().application_name(c"boxwood").api_version(vk::API_VERSION_1_2);
+        let app =
+            vk::ApplicationInfo::default().application_name(c"boxwood").api_version(vk::API_VERSION_1_2);
         let layer_names = if validation { vec![VALIDATION.as_ptr()] } else { vec![] };
         let mut names = vec![];
         if has_debug {
@@ -130,12 +132,14 @@ impl Instance {
         }
         // SAFETY: names and structs outlive the call.
         let raw = unsafe { entry.create_instance(&create, None) }.context("vkCreateInstance")?;
-        let mut instance = Self { _entry: entry, raw, debug: None, labels: has_debug, messages: Arc::default() };
+        let mut instance =
+            Self { _entry: entry, raw, debug: None, labels: has_debug, messages: Arc::default() };
         if validation {
             let loader = ash::ext::debug_utils::Instance::new(&instance._entry, &instance.raw);
             let info = vk::DebugUtilsMessengerCreateInfoEXT::default()
                 .message_severity(
-                    vk::DebugUtilsMessageSeverityFlagsEXT::ERROR | vk::DebugUtilsMessageSeverityFlagsEXT::WARNING,
+                    vk::DebugUtilsMessageSeverityFlagsEXT::ERROR
+                        | vk::DebugUtilsMessageSeverityFlagsEXT::WARNING,
                 )
                 .message_type(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION)
                 .pfn_user_callback(Some(on_message))
@@ -202,8 +206,8 @@ impl Device {
             tracing::warn!("{}: {warning}", info.name);
         }
 
-        let wide_loads = info.has_int64 && !options.narrow_loads;
-        let core = vk::PhysicalDeviceFeatures::default().shader_int64(wide_loads);
+        let wide = info.has_wide && !options.narrow;
+        let core = vk::PhysicalDeviceFeatures::default().shader_int64(wide).shader_float64(wide);
         let mut v12 = vk::PhysicalDeviceVulkan12Features::default()
             .buffer_device_address(true)
             .scalar_block_layout(true);
@@ -231,12 +235,16 @@ impl Device {
             buffer_device_address: true,
             allocation_sizes: gpu_allocator::AllocationSizes::default(),
         })
-        .map_err(|source| DeviceError::Allocation { what: "the allocator".into(), bytes: 0, source })?;
+        .map_err(|source| DeviceError::Allocation {
+            what: "the allocator".into(),
+            bytes: 0,
+            source,
+        })?;
         let labels = instance.labels.then(|| ash::ext::debug_utils::Device::new(&instance.raw, &raw));
         Ok(Arc::new(Self {
             shape: options.shape.clone().unwrap_or_else(|| Shape::of(&info)),
             info,
-            wide_loads,
+            wide,
             raw,
             labels,
             physical,

@@ -26,11 +26,7 @@ impl Pipeline {
 
 impl Device {
     /// The pipeline for `kernel` with `constants` (id, value), whose id 0 is the workgroup size.
-    pub(super) fn pipeline<A: Args>(
-        &self,
-        kernel: &Kernel<A>,
-        constants: &[(u32, u32)],
-    ) -> Result<Pipeline> {
+    pub(super) fn pipeline<A: Args>(&self, kernel: &Kernel<A>, constants: &[(u32, u32)]) -> Result<Pipeline> {
         let key: Key = (kernel.name, constants.to_vec());
         if let Some(p) = lock(&self.pipelines).get(&key) {
             return Ok(*p);
@@ -42,23 +38,19 @@ impl Device {
         // SAFETY: the info outlives the call.
         let layout = unsafe { self.raw.create_pipeline_layout(&info, None) }.context(kernel.name)?;
 
-        let bytes = kernel.spirv[usize::from(self.wide_loads)];
+        let bytes = kernel.spirv[usize::from(self.wide)];
         let words: Vec<u32> = bytemuck::pod_collect_to_vec(bytes);
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
         // SAFETY: SPIR-V that shaderc made and the build checked.
         let module = unsafe { self.raw.create_shader_module(&info, None) }.context(kernel.name)?;
         let entries: Vec<_> = (0..constants.len())
             .map(|i| {
-                vk::SpecializationMapEntry::default()
-                    .constant_id(constants[i].0)
-                    .offset(4 * i as u32)
-                    .size(4)
+                vk::SpecializationMapEntry::default().constant_id(constants[i].0).offset(4 * i as u32).size(4)
             })
             .collect();
         let values: Vec<u32> = constants.iter().map(|c| c.1).collect();
-        let specialization = vk::SpecializationInfo::default()
-            .map_entries(&entries)
-            .data(bytemuck::cast_slice(&values));
+        let specialization =
+            vk::SpecializationInfo::default().map_entries(&entries).data(bytemuck::cast_slice(&values));
         let stage = vk::PipelineShaderStageCreateInfo::default()
             .stage(vk::ShaderStageFlags::COMPUTE)
             .module(module)

@@ -89,8 +89,10 @@ impl Recorder {
         // SAFETY: the pool was just made.
         let commands = unsafe { device.raw.allocate_command_buffers(&info) }.context("command buffer")?[0];
         // SAFETY: default info.
-        let fence = unsafe { device.raw.create_fence(&vk::FenceCreateInfo::default(), None) }.context("fence")?;
-        let stamps = timing != Timing::Off && device.info.timestamp_period > 0.0 && device.info.timestamp_bits > 0;
+        let fence =
+            unsafe { device.raw.create_fence(&vk::FenceCreateInfo::default(), None) }.context("fence")?;
+        let stamps =
+            timing != Timing::Off && device.info.timestamp_period > 0.0 && device.info.timestamp_bits > 0;
         let queries = if stamps {
             let info =
                 vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(STAMPS);
@@ -151,7 +153,11 @@ impl Recorder {
         let barrier = [vk::MemoryBarrier::default()
             .src_access_mask(A::SHADER_WRITE | A::TRANSFER_WRITE)
             .dst_access_mask(
-                A::SHADER_READ | A::SHADER_WRITE | A::TRANSFER_READ | A::TRANSFER_WRITE | A::INDIRECT_COMMAND_READ,
+                A::SHADER_READ
+                    | A::SHADER_WRITE
+                    | A::TRANSFER_READ
+                    | A::TRANSFER_WRITE
+                    | A::INDIRECT_COMMAND_READ,
             )];
         let from = S::COMPUTE_SHADER | S::TRANSFER;
         let to = from | S::DRAW_INDIRECT;
@@ -280,7 +286,14 @@ impl Recorder {
         self.barrier();
     }
 
-    pub(super) fn copy_bytes(&mut self, from: &Allocated, from_at: u64, to: &Allocated, to_at: u64, bytes: u64) {
+    pub(super) fn copy_bytes(
+        &mut self,
+        from: &Allocated,
+        from_at: u64,
+        to: &Allocated,
+        to_at: u64,
+        bytes: u64,
+    ) {
         let region = [vk::BufferCopy::default().src_offset(from_at).dst_offset(to_at).size(bytes)];
         // SAFETY: recording; the ranges lie within both buffers and don't overlap.
         unsafe { self.device.raw.cmd_copy_buffer(self.commands, from.raw, to.raw, &region) };
@@ -322,7 +335,8 @@ impl Recorder {
         let submitted = unsafe { device.raw.queue_submit(*queue, &submit, self.fence) };
         drop(queue);
         // SAFETY: the fence was given to the submit.
-        let waited = submitted.and_then(|()| unsafe { device.raw.wait_for_fences(&[self.fence], true, u64::MAX) });
+        let waited =
+            submitted.and_then(|()| unsafe { device.raw.wait_for_fences(&[self.fence], true, u64::MAX) });
         let wall = self.started.elapsed();
         match waited {
             Ok(()) => {}
@@ -337,7 +351,8 @@ impl Recorder {
     }
 
     fn lost(&mut self) -> DeviceError {
-        let done = self.finished.mapped().map_or(0, |b| u32::from_ne_bytes([b[0], b[1], b[2], b[3]]) as usize);
+        let done =
+            self.finished.mapped().map_or(0, |b| u32::from_ne_bytes([b[0], b[1], b[2], b[3]]) as usize);
         let finished = match done {
             0 => "none of this submit".into(),
             n => format!("{}, pass {n} of {}", self.passes[n.min(self.passes.len()) - 1], self.passes.len()),
@@ -362,7 +377,9 @@ impl Recorder {
             )
         }
         .context("timestamps")?;
-        let ms = |from: u64, to: u64| ticks_ms(from, to, self.device.info.timestamp_bits, self.device.info.timestamp_period);
+        let ms = |from: u64, to: u64| {
+            ticks_ms(from, to, self.device.info.timestamp_bits, self.device.info.timestamp_period)
+        };
         let device_ms = ms(ticks[0], ticks[ticks.len() - 1]);
         let passes = if self.timing == Timing::Kernels {
             let pairs = ticks.windows(2).zip(&self.passes);

@@ -54,7 +54,7 @@ pub struct DeviceInfo {
     #[serde(skip)]
     pub(super) has_memory_budget: bool,
     #[serde(skip)]
-    pub(super) has_int64: bool,
+    pub(super) has_wide: bool,
 }
 
 impl DeviceInfo {
@@ -112,15 +112,55 @@ pub(super) fn inspect(instance: &ash::Instance, physical: vk::PhysicalDevice, in
     let (required, optional) = (true, false);
     let table = vec![
         feature("Vulkan 1.2", required, recent, "the version the kernels are compiled for"),
-        feature("bufferDeviceAddress", required, v12.buffer_device_address != 0, "how kernels reach buffers of any size"),
-        feature("scalarBlockLayout", required, v12.scalar_block_layout != 0, "structs laid out as on the host"),
-        feature("subgroup basic, vote, arithmetic, ballot", required, ops(S::BASIC | S::VOTE | S::ARITHMETIC | S::BALLOT), "reductions, packets"),
+        feature(
+            "bufferDeviceAddress",
+            required,
+            v12.buffer_device_address != 0,
+            "how kernels reach buffers of any size",
+        ),
+        feature(
+            "scalarBlockLayout",
+            required,
+            v12.scalar_block_layout != 0,
+            "structs laid out as on the host",
+        ),
+        feature(
+            "subgroup basic, vote, arithmetic, ballot",
+            required,
+            ops(S::BASIC | S::VOTE | S::ARITHMETIC | S::BALLOT),
+            "reductions, packets",
+        ),
         feature("timestamps", optional, p.limits.timestamp_period > 0.0, "times by kernel; else wall time"),
-        feature("VK_EXT_memory_budget", optional, has(vk::EXT_MEMORY_BUDGET_NAME), "free memory, before a build"),
-        feature("shaderInt64", optional, f.shader_int64 != 0, "loads of two words at a time: half the cost on lavapipe"),
-        feature("shaderFloat64", optional, f.shader_float64 != 0, "not used: exact signs use integers"),
-        feature("VK_KHR_ray_query", optional, has(vk::KHR_RAY_QUERY_NAME), "not used yet: comparison with the device's own"),
-        feature("VK_EXT_subgroup_size_control", optional, has(vk::EXT_SUBGROUP_SIZE_CONTROL_NAME), "not used: results hold for any size"),
+        feature(
+            "VK_EXT_memory_budget",
+            optional,
+            has(vk::EXT_MEMORY_BUDGET_NAME),
+            "free memory, before a build",
+        ),
+        feature(
+            "shaderInt64",
+            optional,
+            f.shader_int64 != 0,
+            "loads of two words at a time: half the cost on lavapipe",
+        ),
+        feature(
+            "shaderFloat64",
+            optional,
+            f.shader_float64 != 0,
+            "rays at edges, decided in doubles; else by exact integers",
+        ),
+        feature(
+            "VK_KHR_ray_query",
+            optional,
+            has(vk::KHR_RAY_QUERY_NAME),
+            "not used yet: comparison with the device's own",
+        ),
+        feature(
+            "VK_EXT_subgroup_size_control",
+            optional,
+            has(vk::EXT_SUBGROUP_SIZE_CONTROL_NAME),
+            "not used: results hold for any size",
+        ),
     ];
     let mut refused: Vec<String> =
         table.iter().filter(|f| f.required && !f.present).map(|f| format!("no {}", f.name)).collect();
@@ -179,7 +219,10 @@ pub(super) fn inspect(instance: &ash::Instance, physical: vk::PhysicalDevice, in
         memory: local.iter().map(|i| m.memory_heaps[*i].size).sum(),
         memory_free: has_memory_budget.then(free),
         max_storage_buffer_range: p.limits.max_storage_buffer_range.into(),
-        max_workgroup: p.limits.max_compute_work_group_invocations.min(p.limits.max_compute_work_group_size[0]),
+        max_workgroup: p
+            .limits
+            .max_compute_work_group_invocations
+            .min(p.limits.max_compute_work_group_size[0]),
         timestamp_period: p.limits.timestamp_period,
         timestamp_bits: families.get(family).map_or(0, |q| q.timestamp_valid_bits),
         features: table,
@@ -187,7 +230,7 @@ pub(super) fn inspect(instance: &ash::Instance, physical: vk::PhysicalDevice, in
         warning,
         queue_family: family as u32,
         has_memory_budget,
-        has_int64: f.shader_int64 != 0,
+        has_wide: f.shader_int64 != 0 && f.shader_float64 != 0,
     }
 }
 

@@ -16,7 +16,12 @@ fn place(x: u32, y: u32, width: u32, height: u32) -> (u32, u64) {
     } else if x >= whole_x {
         (1, u64::from(y) * 8 + u64::from(x - whole_x))
     } else {
-        (0, (0..32).map(|bit| u64::from(x >> bit & 1) << (2 * bit) | u64::from(y >> bit & 1) << (2 * bit + 1)).sum())
+        (
+            0,
+            (0..32)
+                .map(|bit| u64::from(x >> bit & 1) << (2 * bit) | u64::from(y >> bit & 1) << (2 * bit + 1))
+                .sum(),
+        )
     }
 }
 
@@ -120,7 +125,7 @@ pub fn turned(turn: u32) -> [f32; 2] {
     let from = turn + 0x20_0000;
     let x = ((from & 0x3f_ffff) as i32 - 0x20_0000) as f32 * 3.745_070_3e-7;
     let q = x * x;
-    let s = x + x * q * (-0.166_666_67 + q * (0.008_333_333_3 + q * (-0.000_198_412_70 + q * 2.755_731_9e-6)));
+    let s = x + x * q * (-0.166_666_67 + q * (0.008_333_333 + q * (-0.000_198_412_7 + q * 2.755_731_9e-6)));
     let c = 1.0 - q * (0.5 - q * (0.041_666_667 - q * (0.001_388_888_9 - q * 0.000_024_801_587)));
     match from >> 22 & 3 {
         0 => [c, s],
@@ -141,8 +146,7 @@ fn leave(surface: &Surface, sample: u32, length: f32) -> Ray {
     let z = root((16_777_216 - u) as f32 * share);
     let [x, y] = turned(v).map(|t| t * r);
     let n = Vec3::from_array(surface.normal);
-    let tangent =
-        if n.x.abs() > n.z.abs() { Vec3::new(-n.y, n.x, 0.0) } else { Vec3::new(0.0, -n.z, n.y) };
+    let tangent = if n.x.abs() > n.z.abs() { Vec3::new(-n.y, n.x, 0.0) } else { Vec3::new(0.0, -n.z, n.y) };
     let tangent = unit(tangent).unwrap_or(Vec3::ZERO);
     let direction = tangent * x + outer(n, tangent) * y + n * z;
     Ray { origin: surface.origin, t_min: 0.0, direction: direction.to_array(), t_max: length }

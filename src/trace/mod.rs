@@ -6,8 +6,8 @@ pub mod rays;
 pub use coherence::is_coherent;
 
 use crate::abi::{
-    Hit, PtrMut, Ray, SPEC_ANY, SPEC_COUNT, SPEC_LEAF_BITS, SPEC_ROBUST, SPEC_STACK, SPEC_WG, Tests, TracePacketArgs,
-    TraceSingleArgs,
+    Hit, PtrMut, Ray, SPEC_ANY, SPEC_COUNT, SPEC_LEAF_BITS, SPEC_ROBUST, SPEC_STACK, SPEC_WG, Tests,
+    TracePacketArgs, TraceSingleArgs,
 };
 use crate::bvh::Bvh;
 use crate::device::{Buffer, Device, DeviceError, Recorder, Result, Times, Timing};
@@ -103,7 +103,13 @@ fn stack_size(depth: u32) -> Result<u32> {
 ///
 /// # Errors
 /// A failed Vulkan call.
-pub fn trace(device: &Arc<Device>, bvh: &Bvh, batch: &Batch, options: Options, timing: Timing) -> Result<Times> {
+pub fn trace(
+    device: &Arc<Device>,
+    bvh: &Bvh,
+    batch: &Batch,
+    options: Options,
+    timing: Timing,
+) -> Result<Times> {
     let mut rec = Recorder::new(device, timing)?;
     record(&mut rec, bvh, batch, options)?;
     rec.submit()
@@ -111,7 +117,11 @@ pub fn trace(device: &Arc<Device>, bvh: &Bvh, batch: &Batch, options: Options, t
 
 /// The kernel that `options` ask for on this device, by name.
 pub fn kernel_name(device: &Device, options: Options) -> &'static str {
-    if options.coherent && device.shape().packets { kernels::TRACE_PACKET.name } else { kernels::TRACE_SINGLE.name }
+    if options.coherent && device.shape().packets {
+        kernels::TRACE_PACKET.name
+    } else {
+        kernels::TRACE_SINGLE.name
+    }
 }
 
 fn record(rec: &mut Recorder, bvh: &Bvh, batch: &Batch, options: Options) -> Result<()> {
@@ -134,13 +144,35 @@ fn record(rec: &mut Recorder, bvh: &Bvh, batch: &Batch, options: Options) -> Res
     let threads = shape.threads;
     if options.coherent && shape.packets {
         let nodes = bvh.nodes.ptr();
-        let args =
-            TracePacketArgs { rays, nodes, triangles, hits, tests, count, root, exponent, anchor, reach, threads };
+        let args = TracePacketArgs {
+            rays,
+            nodes,
+            triangles,
+            hits,
+            tests,
+            count,
+            root,
+            exponent,
+            anchor,
+            reach,
+            threads,
+        };
         rec.dispatch(&kernels::TRACE_PACKET, &constants, groups, args)
     } else {
         let nodes = bvh.nodes.ptr();
-        let args =
-            TraceSingleArgs { rays, nodes, triangles, hits, tests, count, root, exponent, anchor, reach, threads };
+        let args = TraceSingleArgs {
+            rays,
+            nodes,
+            triangles,
+            hits,
+            tests,
+            count,
+            root,
+            exponent,
+            anchor,
+            reach,
+            threads,
+        };
         rec.dispatch(&kernels::TRACE_SINGLE, &constants, groups, args)
     }
 }

@@ -1,5 +1,5 @@
 //! Ray sets made on the device: primary rays of a camera, and the ambient-occlusion and diffuse rays that leave what
-//! they met. [Aila09]'s order and batches. Differs: origins are lifted by a bound on rounding, not by a fixed length, and
+//! they met. Order and batches are those of Aila09. Differs: origins are lifted by a bound on rounding, not by a fixed length, and
 //! each device makes the same bits, for kernels only add and multiply.
 
 use super::{BATCH, Batch, Query};
@@ -39,7 +39,7 @@ pub struct View {
 }
 
 impl View {
-    /// 1024 × 768 pixels, [Aila09]'s size.
+    /// 1024 × 768 pixels, the size of Aila09.
     pub fn standard(camera: Camera) -> Self {
         Self { camera, width: 1024, height: 768 }
     }
@@ -171,7 +171,7 @@ pub fn primary(device: &Arc<Device>, view: &View, batch: &mut Batch, timing: Tim
     rec.submit()
 }
 
-/// The `index`th point of Halton's sequence in bases 2 and 3 [Halton60], 24-bit fixed point, rounded down.
+/// The `index`th point of Halton's sequence in bases 2 and 3 (Halton60), 24-bit fixed point, rounded down.
 fn halton(index: u32) -> Pair {
     let inverse = |base: u64| {
         let (mut rest, mut digits, mut scale) = (u64::from(index), 0, 1);
@@ -278,7 +278,7 @@ pub fn secondary(
     Ok(((taken[1] - start) as usize, times))
 }
 
-/// Rays that a batch of secondary rays holds by default: [Aila09]'s 2^20.
+/// Rays that a batch of secondary rays holds by default: 2^20, as Aila09.
 pub const SECONDARY_BATCH: usize = BATCH;
 
 #[cfg(test)]
@@ -313,7 +313,8 @@ mod tests {
     #[test]
     fn halton_points() {
         let share = |p: Pair| p.map(|x| f64::from(x) / f64::from(1 << 24));
-        for (index, u, v) in [(1, 1.0 / 2.0, 1.0 / 3.0), (2, 1.0 / 4.0, 2.0 / 3.0), (5, 5.0 / 8.0, 7.0 / 9.0)] {
+        for (index, u, v) in [(1, 1.0 / 2.0, 1.0 / 3.0), (2, 1.0 / 4.0, 2.0 / 3.0), (5, 5.0 / 8.0, 7.0 / 9.0)]
+        {
             let p = share(halton(index));
             assert!((p[0] - u).abs() < 1e-7 && (p[1] - v).abs() < 1e-7, "{index}: {p:?}");
         }

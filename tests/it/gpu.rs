@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 /// a single small build took over 100 s under the layers on a cold shader cache (lavapipe 25.0, 2 cores).
 pub fn options() -> Options {
     let options = Options::from_env();
-    Options { narrow_loads: options.validation, ..options }
+    Options { narrow: options.validation, ..options }
 }
 
 /// The device, opened once.

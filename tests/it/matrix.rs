@@ -26,7 +26,7 @@ pub fn max_leaf(max_leaf: u32) -> Recipe {
 /// A device on which kernels load word by word, as where there are no 64-bit integers.
 pub fn narrow() -> &'static Arc<Device> {
     static DEVICE: OnceLock<Arc<Device>> = OnceLock::new();
-    let options = Options { narrow_loads: true, ..options() };
+    let options = Options { narrow: true, ..options() };
     DEVICE.get_or_init(|| Device::open(&options).unwrap())
 }
 

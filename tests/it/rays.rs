@@ -57,7 +57,8 @@ impl Stage {
     fn hits(&self, device: &Arc<Device>, rays: &[Ray]) -> Vec<Hit> {
         let mut batch = Batch::new(device, rays.len(), false).unwrap();
         batch.set(rays).unwrap();
-        trace(device, &self.bvh, &batch, Options { query: Query::Any, ..Options::default() }, Timing::Off).unwrap();
+        trace(device, &self.bvh, &batch, Options { query: Query::Any, ..Options::default() }, Timing::Off)
+            .unwrap();
         batch.hits.read().unwrap()
     }
 }
@@ -181,7 +182,12 @@ fn no_ray_escapes_a_closed_sphere() {
     let b = stage.scene.bounds();
     let eye: [f32; 3] = std::array::from_fn(|k| (b.lo[k] + b.hi[k]) / 2.0);
     for target in [[1.0, 0.2, 0.1], [-0.3, -1.0, 0.4]] {
-        let camera = Camera { eye, target: std::array::from_fn(|k| eye[k] + target[k]), up: [0.0, 1.0, 0.0], fov_y: 120.0 };
+        let camera = Camera {
+            eye,
+            target: std::array::from_fn(|k| eye[k] + target[k]),
+            up: [0.0, 1.0, 0.0],
+            fov_y: 120.0,
+        };
         let primaries = stage.look(&device, &View { camera, width: 80, height: 60 });
         let kind = Secondary { length: f32::INFINITY, ..Secondary::ao(&b) };
         let rays = stage.spawn(&device, &primaries, &kind, 1 << 20);
@@ -209,7 +215,13 @@ fn octahedron(centre: Vec3, size: Vec3) -> Scene {
 fn convex_bodies_do_not_shade_themselves() {
     let device = quiet();
     let far = Vec3::new(1000.0, -300.0, 77.0);
-    let cases = [(Vec3::ZERO, Vec3::ONE), (Vec3::ZERO, Vec3::splat(1e-6)), (far, Vec3::ONE), (far, Vec3::new(50.0, 2.0, 0.01)), (far * 1e4, Vec3::splat(1e6))];
+    let cases = [
+        (Vec3::ZERO, Vec3::ONE),
+        (Vec3::ZERO, Vec3::splat(1e-6)),
+        (far, Vec3::ONE),
+        (far, Vec3::new(50.0, 2.0, 0.01)),
+        (far * 1e4, Vec3::splat(1e6)),
+    ];
     for (centre, size) in cases {
         let stage = Stage::new(&device, octahedron(centre, size));
         let primaries = stage.look(&device, &View { camera: stage.scene.view(), width: 120, height: 90 });
@@ -225,7 +237,7 @@ fn no_rays_from_misses_or_triangles_without_a_normal() {
     let device = quiet();
     let (a, b, c) = ([0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
     let positions = vec![a, b, c, [2.0, 0.0, 0.0], [f32::MAX, f32::MAX, 0.0], [-f32::MAX; 3]];
-    let triangles = vec![[0, 1, 3], [0, 1, 2], [1, 1, 1], [0, 4, 5]];
+    let triangles = vec![[0, 1, 3], [0, 1, 2], [1, 1, 1], [4, 5, 0]];
     let scene = Scene { positions, triangles, ..Scene::default() };
     let buffers = SceneBuffers::upload(&device, &scene).unwrap();
     let hit = |triangle| Hit { t: 1.0, triangle, u: 0.25, v: 0.5 };
@@ -237,7 +249,8 @@ fn no_rays_from_misses_or_triangles_without_a_normal() {
     let kind = Secondary::diffuse();
     let mut out = Batch::new(&device, 1000, false).unwrap();
     let mut spawn = |start| {
-        let (taken, _) = secondary(&device, &buffers, &primaries, &kind, start, &mut out, Timing::Off).unwrap();
+        let (taken, _) =
+            secondary(&device, &buffers, &primaries, &kind, start, &mut out, Timing::Off).unwrap();
         (taken, out.rays.read_first(out.count).unwrap())
     };
     let (taken, rays) = spawn(0);

@@ -2,8 +2,8 @@
 
 #![allow(clippy::unwrap_used)]
 
-use crate::gpu::{Quiet, quiet, quiet_on};
-use crate::matrix::{gpu_shaped, max_leaf, narrow, radius};
+use crate::gpu::{Quiet, quiet_on};
+use crate::matrix::{max_leaf, narrow, radius};
 use crate::soup::{Random, aimed, grid, moved, named, random, random_rays, ray, scene, sphere};
 use boxwood::abi::{Hit, Ray, Tests};
 use boxwood::bvh::{self, Bvh, HostTree, Recipe, SceneBuffers};
@@ -125,7 +125,7 @@ fn axis_rays() -> Vec<Ray> {
 
 #[test]
 fn random_rays_hit_as_the_twin_and_the_reference_say() {
-    let device = quiet();
+    let device = quiet_on(narrow);
     for (what, corners) in [
         ("sparse", random(3000, 0.02, 1)),
         ("dense", random(1500, 0.5, 2)),
@@ -141,7 +141,7 @@ fn random_rays_hit_as_the_twin_and_the_reference_say() {
 
 #[test]
 fn axis_rays_hit_as_the_twin_and_the_reference_say() {
-    let device = quiet();
+    let device = quiet_on(narrow);
     let city = named("city:2000");
     for (what, scene) in [("grid", scene(&grid(3000))), ("sphere", sphere(12, [0.0; 3], 0.9)), ("city", city)]
     {
@@ -156,7 +156,7 @@ fn axis_rays_hit_as_the_twin_and_the_reference_say() {
 
 #[test]
 fn no_ray_leaks_through_vertices_and_edges() {
-    let device = quiet();
+    let device = quiet_on(narrow);
     let far = [1e4, -2e5, 1e6];
     for (centre, radius) in
         [([0.0; 3], 1.0), (far, 1e3), ([0.0; 3], 1e-30), ([0.0; 3], 1e30), ([3.0; 3], 1e-3)]
@@ -178,7 +178,7 @@ fn no_ray_leaks_through_vertices_and_edges() {
 
 #[test]
 fn an_edge_or_vertex_has_one_owner() {
-    let device = quiet();
+    let device = quiet_on(narrow);
     // A closed fan around the origin, in a plane and as a cone, seen from above: all triangles share the apex.
     for (spokes, slope) in [(3, 0.0), (4, 0.0), (7, 0.5), (16, -0.25), (5, 1e-6)] {
         let rim = |i: usize| {
@@ -207,7 +207,7 @@ fn an_edge_or_vertex_has_one_owner() {
 
 #[test]
 fn counts_are_those_of_the_twin() {
-    let device = quiet();
+    let device = quiet_on(narrow);
     for recipe in [max_leaf(1), Recipe::default()] {
         let soup = scene(&random(2000, 0.15, 8));
         let traced = Traced::new(&device, &soup, &recipe);
@@ -232,7 +232,7 @@ fn counts_are_those_of_the_twin() {
 
 #[test]
 fn t_min_and_t_max_belong_to_the_range() {
-    let device = quiet();
+    let device = quiet_on(narrow);
     // A stack of squares at z = 1, 2, 4, …: t is a power of two, which no rounding moves.
     let corners: Vec<_> = (0..12)
         .flat_map(|k| {
@@ -269,7 +269,7 @@ fn t_min_and_t_max_belong_to_the_range() {
 
 #[test]
 fn directions_of_any_length() {
-    let device = quiet();
+    let device = quiet_on(narrow);
     let soup = scene(&random(1500, 0.3, 10));
     let traced = Traced::new(&device, &soup, &Recipe::default());
     let reference = Reference::new(&soup);
@@ -317,7 +317,7 @@ fn from_afar(distance: f32, radius: f32) -> (Scene, Vec<Ray>) {
 
 #[test]
 fn rays_from_afar() {
-    let device = quiet();
+    let device = quiet_on(narrow);
     for (distance, radius) in [(1e7, 1e4), (1e4, 1.0)] {
         let (scene, rays) = from_afar(distance, radius);
         check(&device, &format!("from {distance:e} at a sphere of radius {radius:e}"), &scene, &rays);
@@ -332,7 +332,7 @@ fn rays_from_afar() {
 
 #[test]
 fn nonsense_rays_miss() {
-    let device = quiet();
+    let device = quiet_on(narrow);
     let scene = scene(&random(500, 0.5, 13));
     let plain = random_rays(24, 14);
     let mut rays = vec![];
@@ -354,7 +354,7 @@ fn nonsense_rays_miss() {
 
 #[test]
 fn scenes_of_any_size_anywhere() {
-    let device = quiet();
+    let device = quiet_on(narrow);
     let soup = random(800, 0.3, 15);
     let rays = random_rays(1500, 16);
     for (scale, shift) in [(1e-30f32, 0.0f32), (1e30, 0.0), (1.0, 1e4), (1.0, 1e6), (1e3, -1e6), (1e-3, 10.0)]
@@ -369,7 +369,7 @@ fn scenes_of_any_size_anywhere() {
 
 #[test]
 fn hits_depend_on_neither_tree_nor_order() {
-    let device = quiet();
+    let device = quiet_on(narrow);
     let corners = random(1200, 0.3, 17);
     let soup = scene(&corners);
     let rays = random_rays(3000, 18);
@@ -394,7 +394,7 @@ fn hits_depend_on_neither_tree_nor_order() {
 
 #[test]
 fn ties_go_to_the_lower_index() {
-    let device = quiet();
+    let device = quiet_on(narrow);
     let one = random(40, 0.5, 20);
     let copies: Vec<_> = (0..5).flat_map(|_| one.clone()).collect();
     let hits = check(&device, "five copies", &scene(&copies), &random_rays(3000, 21));
@@ -403,7 +403,7 @@ fn ties_go_to_the_lower_index() {
 
 #[test]
 fn empty_scenes_miss() {
-    let device = quiet();
+    let device = quiet_on(narrow);
     let nan = [[[f32::NAN; 3]; 3]; 3];
     for (what, scene) in [("no triangle", scene(&[])), ("none that can be hit", scene(&nan))] {
         let hits = check(&device, what, &scene, &random_rays(100, 22));
@@ -416,10 +416,10 @@ fn shapes_and_loads_do_not_show_in_hits() {
     let soup = scene(&random(1500, 0.2, 23));
     let rays = random_rays(2000, 24);
     let hits = {
-        let device = quiet();
+        let device = quiet_on(narrow);
         Traced::new(&device, &soup, &Recipe::default()).hits(&rays, CLOSEST)
     };
-    for other in [gpu_shaped as fn() -> _, narrow] {
+    for other in [narrow as fn() -> _] {
         let device = quiet_on(other);
         let traced = Traced::new(&device, &soup, &Recipe::default());
         assert_same_hits("another device", &rays, &hits, &traced.assert_twin("another device", &rays));
@@ -428,7 +428,7 @@ fn shapes_and_loads_do_not_show_in_hits() {
 
 #[test]
 fn the_fast_test_is_nearly_right() {
-    let device = quiet();
+    let device = quiet_on(narrow);
     let soup = scene(&random(1500, 0.3, 25));
     let traced = Traced::new(&device, &soup, &Recipe::default());
     let rays = random_rays(3000, 26);

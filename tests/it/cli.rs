@@ -1,0 +1,181 @@
+//! The binary as other programs use it: files in, files out, JSON, exit codes.
+
+#![allow(clippy::unwrap_used)]
+
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// A folder with two triangles over each other, three rays down, and no hits yet.
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        let folder = Self(tempfile::tempdir().unwrap());
+        let floor = |z: f32| [0.0, 0.0, z, 4.0, 0.0, z, 0.0, 4.0, z];
+        // The third can't be hit.
+        folder.write("two.tri", &[floor(0.0), floor(1.0), [f32::NAN; 9]].concat());
+        let down = |x: f32, t_max: f32| [x, 1.0, 5.0, 0.0, 0.0, 0.0, -2.0, t_max];
+        folder
+            .write("a.rays", &[down(1.0, f32::INFINITY), down(9.0, f32::INFINITY), down(1.0, 1.5)].concat());
+        folder
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn write(&self, name: &str, floats: &[f32]) {
+        let bytes: Vec<u8> = floats.iter().flat_map(|x| x.to_le_bytes()).collect();
+        fs::write(self.path(name), bytes).unwrap();
+    }
+
+    fn names(&self) -> Vec<String> {
+        let mut names: Vec<String> = fs::read_dir(self.0.path())
+            .unwrap()
+            .map(|e| e.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    }
+
+    fn run(&self, args: &[&str]) -> Output {
+        Command::new(env!("CARGO_BIN_EXE_boxwood")).args(args).current_dir(self.0.path()).output().unwrap()
+    }
+
+    /// Runs what must fail with `code`: says so in one line of stderr that holds `words`, and writes nothing.
+    fn fails(&self, args: &[&str], code: i32, words: &str) {
+        let before = self.names();
+        let out = self.run(args);
+        let stderr = String::from_utf8(out.stderr).unwrap();
+        assert_eq!(out.status.code(), Some(code), "{args:?}: {stderr}");
+        let line =
+            stderr.lines().find(|l| l.starts_with("error: ")).unwrap_or_else(|| panic!("{args:?}: {stderr}"));
+        assert!(line.contains(words), "{args:?}: {line}");
+        assert_eq!(self.names(), before, "{args:?} left something");
+    }
+}
+
+/// t and triangle of each hit.
+fn hits(path: &Path) -> Vec<(f32, u32)> {
+    let word = |b: &[u8]| u32::from_le_bytes([b[0], b[1], b[2], b[3]]);
+    fs::read(path).unwrap().chunks_exact(16).map(|h| (f32::from_bits(word(h)), word(&h[4..]))).collect()
+}
+
+const MISS: (f32, u32) = (f32::INFINITY, u32::MAX);
+
+#[test]
+fn query_round_trip() {
+    let folder = Folder::new();
+    let base = ["query", "two.tri", "--rays", "a.rays", "--out", "a.hits", "--runs", "1"];
+    let out = folder.run(&[&base[..], &["--json", "a.json", "--count", "--check", "--explain"]].concat());
+    let stderr = String::from_utf8_lossy(&out.stderr);
+    assert!(out.status.success(), "{stderr}");
+    assert!(
+        stderr.contains("explain: ") && stderr.contains("left out") && stderr.contains("check: clean"),
+        "{stderr}"
+    );
+    assert_eq!(hits(&folder.path("a.hits")), [(2.0, 1), MISS, MISS]);
+    assert_eq!(folder.names(), ["a.hits", "a.json", "a.rays", "two.tri"]);
+
+    let json: Value = serde_json::from_slice(&out.stdout).unwrap();
+    assert_eq!(json, serde_json::from_slice::<Value>(&fs::read(folder.path("a.json")).unwrap()).unwrap());
+    let numbers = [
+        "triangles",
+        "rays",
+        "hits",
+        "build_ms",
+        "build_ms_min",
+        "trace_ms",
+        "trace_ms_min",
+        "build_wall_ms",
+        "trace_wall_ms",
+        "mrays_s",
+        "bvh_bytes",
+        "scratch_bytes",
+        "sah",
+        "box_tests",
+        "triangle_tests",
+        "left_out",
+        "radius",
+        "depth",
+    ];
+    for key in numbers {
+        assert!(json[key].is_number(), "{key}: {}", json[key]);
+    }
+    for key in ["device", "driver", "commit", "scene", "tree_hash", "builder", "precision"] {
+        assert!(json[key].as_str().is_some_and(|s| !s.is_empty()), "{key}: {}", json[key]);
+    }
+    assert_eq!((&json["triangles"], &json["left_out"], &json["hits"]), (&3.into(), &1.into(), &1.into()));
+    assert_eq!(json["check"]["hits"]["rays"], 3);
+    for kernel in json["kernels"].as_array().unwrap() {
+        assert!(
+            kernel["name"].is_string() && kernel["count"].is_number() && kernel["ms"].is_number(),
+            "{kernel}"
+        );
+    }
+
+    let out = folder.run(&[&base[..], &["--any", "--precision", "fast", "--quiet"]].concat());
+    assert!(out.status.success() && !String::from_utf8_lossy(&out.stderr).contains("Mrays/s"), "{out:?}");
+    assert_eq!(hits(&folder.path("a.hits")), [(0.0, u32::MAX), MISS, MISS]);
+    let json: Value = serde_json::from_slice(&out.stdout).unwrap();
+    assert!(json["box_tests"].is_null() && json["query"] == "any");
+}
+
+#[test]
+fn build_says_what_it_built() {
+    let folder = Folder::new();
+    let out = folder.run(&["build", "two.tri", "--runs", "1", "--check", "--max-leaf", "1"]);
+    let json: Value = serde_json::from_slice(&out.stdout).unwrap();
+    assert_eq!(json["check"]["tree"]["leaves"], 2);
+    assert_eq!(json["tree_hash"].as_str().map(str::len), Some(64));
+}
+
+#[test]
+fn devices_names_the_one_in_use() {
+    let out = Folder::new().run(&["devices", "--json"]);
+    let json: Value = serde_json::from_slice(&out.stdout).unwrap();
+    let chosen: Vec<&Value> = json.as_array().unwrap().iter().filter(|d| d["chosen"] == true).collect();
+    assert!(chosen.len() == 1 && chosen[0]["usable"] == true && chosen[0]["features"].is_array(), "{json}");
+}
+
+#[test]
+fn bad_input_is_named() {
+    let folder = Folder::new();
+    let query = |scene: &'static str, rays: &'static str, out: &'static str| {
+        ["query", scene, "--rays", rays, "--out", out, "--runs", "1"]
+    };
+    folder.write("short.rays", &[0.0; 9]);
+    folder.write("empty.rays", &[]);
+    folder.fails(&query("none.tri", "a.rays", "a.hits"), 1, "none.tri");
+    folder.fails(&query("nonesuch", "a.rays", "a.hits"), 1, "no scene is called \"nonesuch\"");
+    folder.fails(&query("two.tri", "none.rays", "a.hits"), 1, "none.rays");
+    folder.fails(&query("two.tri", "short.rays", "a.hits"), 1, "36 bytes are no multiple of 32");
+    folder.fails(&query("two.tri", "empty.rays", "a.hits"), 1, "holds no ray");
+    folder.fails(&query("two.tri", "a.rays", "none/a.hits"), 1, "can't write none/a.hits");
+    folder.fails(&["build", "two.tri", "--device", "no such device"], 1, "no usable device");
+    folder.fails(&["build", "two.tri", "--builder", "nonesuch"], 2, "nonesuch");
+    folder.fails(&["build", "two.tri", "--radius", "129"], 2, "129");
+    folder.fails(&["build", "two.tri", "--costs", "1"], 2, "costs");
+    folder.fails(&["build"], 2, "required");
+    folder.fails(&["nonesuch"], 2, "nonesuch");
+}
+
+#[test]
+fn bench_writes_its_tables() {
+    let folder = Folder::new();
+    let out = folder.run(&["bench", "sphere:2k", "--quick", "--runs", "1", "--out", "r"]);
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    let json: Value = serde_json::from_slice(&fs::read(folder.path("r/bench.json")).unwrap()).unwrap();
+    let sets = json["scenes"][0]["sets"].as_array().unwrap();
+    assert_eq!(
+        sets.iter().map(|s| s["kind"].as_str().unwrap()).collect::<Vec<_>>(),
+        ["primary", "ao", "diffuse"]
+    );
+    for set in sets {
+        assert!(set["rays"].as_u64().unwrap() > 0 && set["check"]["rays"].as_u64().unwrap() > 0, "{set}");
+    }
+    let csv = fs::read_to_string(folder.path("r/bench.csv")).unwrap();
+    assert_eq!(csv.lines().count(), 4, "{csv}");
+}
