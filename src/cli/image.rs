@@ -174,7 +174,8 @@ mod tests {
 
     #[test]
     fn srgb_ends_and_middle() {
-        assert_eq!(encoded(Vec3::new(0.0, 1.0, 0.214_041)), [0, 255, 128]);
+        // sRGB 128 is 0.2159 in linear light (IEC 61966-2-1).
+        assert_eq!(encoded(Vec3::new(0.0, 1.0, 0.215_86)), [0, 255, 128]);
         assert_eq!(encoded(Vec3::new(-1.0, 9.0, f32::NAN)), [0, 255, 0]);
     }
 

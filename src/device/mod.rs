@@ -26,13 +26,25 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 const VALIDATION: &CStr = c"VK_LAYER_KHRONOS_validation";
 
+/// What the validation layers check.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Validation {
+    /// Nothing.
+    #[default]
+    Off,
+    /// Calls, and synchronization.
+    Core,
+    /// Also every access that a kernel makes: slow, a hundredfold at a kernel's first use on lavapipe.
+    GpuAssisted,
+}
+
 /// How to open a device.
 #[derive(Debug, Clone, Default)]
 pub struct Options {
     /// Number or part of a name; none: the best.
     pub device: Option<String>,
-    /// Validation layers (core, synchronization, GPU-assisted); messages gather in [`Device::messages`].
-    pub validation: bool,
+    /// Validation layers; messages gather in [`Device::messages`].
+    pub validation: Validation,
     /// Use no 64-bit integers and floats, even where the device has them: for tests.
     pub narrow: bool,
     /// Kernel shapes; none: those that suit the device. Results don't depend on them, which tests check by this.
@@ -40,9 +52,14 @@ pub struct Options {
 }
 
 impl Options {
-    /// The best device; validation if `BOXWOOD_VALIDATION` is set and not 0.
+    /// The best device; `BOXWOOD_VALIDATION=1` turns the validation layers on, `BOXWOOD_VALIDATION=gpu` also their
+    /// checks on the device.
     pub fn from_env() -> Self {
-        let validation = std::env::var_os("BOXWOOD_VALIDATION").is_some_and(|v| v != "0" && !v.is_empty());
+        let validation = match std::env::var("BOXWOOD_VALIDATION").as_deref() {
+            Ok("gpu") => Validation::GpuAssisted,
+            Err(_) | Ok("" | "0") => Validation::Off,
+            Ok(_) => Validation::Core,
+        };
         Self { validation, ..Self::default() }
     }
 }
@@ -88,11 +105,12 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 /// All Vulkan devices, usable or not.
 pub fn list() -> Result<Vec<DeviceInfo>> {
-    Ok(Instance::new(false)?.devices()?.into_iter().map(|d| d.1).collect())
+    Ok(Instance::new(Validation::Off)?.devices()?.into_iter().map(|d| d.1).collect())
 }
 
 impl Instance {
-    fn new(validation: bool) -> Result<Self> {
+    fn new(checks: Validation) -> Result<Self> {
+        let validation = checks != Validation::Off;
         // SAFETY: loading libvulkan runs its initialisers, which are sound in any process state.
         let entry = unsafe { ash::Entry::load() }.map_err(|e| DeviceError::NoLoader(e.to_string()))?;
         // SAFETY: the entry's functions are loaded.
@@ -117,12 +135,12 @@ impl Instance {
         if validation {
             names.push(ash::ext::validation_features::NAME.as_ptr());
         }
-        let checks = [
-            vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION,
-            vk::ValidationFeatureEnableEXT::GPU_ASSISTED,
-            vk::ValidationFeatureEnableEXT::GPU_ASSISTED_RESERVE_BINDING_SLOT,
-        ];
-        let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&checks);
+        use vk::ValidationFeatureEnableEXT as Check;
+        let mut enabled = vec![Check::SYNCHRONIZATION_VALIDATION];
+        if checks == Validation::GpuAssisted {
+            enabled.extend([Check::GPU_ASSISTED, Check::GPU_ASSISTED_RESERVE_BINDING_SLOT]);
+        }
+        let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&enabled);
         let mut create = vk::InstanceCreateInfo::default()
             .application_info(&app)
             .enabled_layer_names(&layer_names)
@@ -263,6 +281,11 @@ impl Device {
     /// What is known of the device.
     pub fn info(&self) -> &DeviceInfo {
         &self.info
+    }
+
+    /// Whether kernels use 64-bit integers and floats.
+    pub fn is_wide(&self) -> bool {
+        self.wide
     }
 
     /// Kernel shapes that suit the device. Results never depend on them.

@@ -23,6 +23,10 @@ pub struct Setup {
     pub shear: V3,
     /// A permutation of 0 1 2; the last is the direction's largest component.
     pub axes: [usize; 3],
+    /// Scaled direction; in the order of `axes`.
+    pub direction: V3,
+    /// 24 u R: what an edge function may be off by, over the largest |x| + |y| of a corner.
+    pub slack: f32,
     /// 1 / direction.
     pub inverse: V3,
     /// t of a near plane at p: p · inverse + near.
@@ -87,6 +91,8 @@ pub fn prepare(ray: &Ray, space: &Space) -> Setup {
         origin: axes.map(|k| o[k]),
         shear: [d[axes[0]] / d[axes[2]], d[axes[1]] / d[axes[2]], 1.0 / d[axes[2]]],
         axes,
+        direction: axes.map(|k| d[k]),
+        slack: (24.0 / 16_777_216.0) * reach,
         inverse,
         near: std::array::from_fn(|k| centre[k] - pad[k]),
         far: std::array::from_fn(|k| centre[k] + pad[k]),
@@ -165,6 +171,50 @@ pub fn meet(s: &Setup, corners: [V3; 3]) -> Option<Meeting> {
     (det != 0.0).then_some(Meeting { depth, det, uv: [v, w] })
 }
 
+/// The same test on a device with 64-bit floats: what rounding may have turned is decided in doubles.
+pub fn meet_wide(s: &Setup, corners: [V3; 3]) -> Option<Meeting> {
+    let [a, b, c] = corners.map(|p| std::array::from_fn::<f32, 3, _>(|k| p[s.axes[k]] - s.origin[k]));
+    let [p, q, r] = [a, b, c].map(|x| [x[0] - s.shear[0] * x[2], x[1] - s.shear[1] * x[2]]);
+    let u = r[0] * q[1] - r[1] * q[0];
+    let v = p[0] * r[1] - p[1] * r[0];
+    let w = q[0] * p[1] - q[1] * p[0];
+    let far = |k: usize| p[k].abs().max(q[k].abs()).max(r[k].abs());
+    let doubt = s.slack * (far(0) + far(1));
+    let (lo, hi) = (u.min(v).min(w), u.max(v).max(w));
+    if lo < -doubt && hi > doubt {
+        return None;
+    }
+    if u.abs().min(v.abs()).min(w.abs()) <= doubt {
+        return meet_in_doubt(s, corners);
+    }
+    let det = u + v + w;
+    let depth = (u * a[2] + v * b[2] + w * c[2]) * s.shear[2];
+    Some(Meeting { depth, det, uv: [v, w] })
+}
+
+/// d · (p × q); 0 where rounding could have turned its sign.
+fn triple(d: [f64; 3], p: [f64; 3], q: [f64; 3]) -> f64 {
+    let m = [p[1] * q[2], p[2] * q[0], p[0] * q[1]];
+    let n = [p[2] * q[1], p[0] * q[2], p[1] * q[0]];
+    let sum = d[0] * (m[0] - n[0]) + (d[1] * (m[1] - n[1]) + d[2] * (m[2] - n[2]));
+    let size: [f64; 3] = std::array::from_fn(|k| d[k].abs() * (m[k].abs() + n[k].abs()));
+    if sum.abs() <= 3.552_713_678_800_500_9e-15 * (size[0] + size[1] + size[2]) { 0.0 } else { sum }
+}
+
+fn meet_in_doubt(s: &Setup, corners: [V3; 3]) -> Option<Meeting> {
+    let d = s.direction.map(f64::from);
+    let [a, b, c] = corners
+        .map(|p| std::array::from_fn::<f64, 3, _>(|k| f64::from(p[s.axes[k]]) - f64::from(s.origin[k])));
+    let (u, v, w) = (triple(d, c, b), triple(d, a, c), triple(d, b, a));
+    let signs = [u, v, w];
+    let det = u + v + w;
+    if signs.iter().any(|x| *x < 0.0) && signs.iter().any(|x| *x > 0.0) || det == 0.0 {
+        return None;
+    }
+    let depth = (u * a[2] + v * b[2] + w * c[2]) / (det * d[2]);
+    Some(Meeting { depth: depth as f32, det: 1.0, uv: [(v / det) as f32, (w / det) as f32] })
+}
+
 /// The nearest hit so far.
 #[derive(Debug, Clone, Copy)]
 struct Nearest {
@@ -180,9 +230,15 @@ pub struct Tree<'a> {
     pub tree: &'a HostTree,
     /// Its unit space.
     pub space: &'a Space,
+    /// Whether the device has 64-bit floats.
+    pub wide: bool,
 }
 
 impl Tree<'_> {
+    fn meet(&self, s: &Setup, corners: [V3; 3]) -> Option<Meeting> {
+        if self.wide { meet_wide(s, corners) } else { meet(s, corners) }
+    }
+
     /// Corners of the triangle at `place` of the packed tree, unit scale, and its input index.
     fn triangle(&self, place: u32) -> ([V3; 3], u32) {
         let at = (place * TRIANGLE_WORDS) as usize;
@@ -229,7 +285,7 @@ impl Tree<'_> {
         let mut nearest = Nearest { t: s.t_max, triangle: INVALID, uv: [0.0; 2] };
         let tests = self.walk(&s, &mut nearest, |place, nearest| {
             let (corners, index) = self.triangle(place);
-            let Some(m) = meet(&s, corners) else { return false };
+            let Some(m) = self.meet(&s, corners) else { return false };
             let over = 1.0 / m.det;
             let t = m.depth * over;
             if t >= s.t_min && t <= nearest.t && (t != nearest.t || index < nearest.triangle) {
@@ -250,7 +306,7 @@ impl Tree<'_> {
         let mut occluded = false;
         let mut nearest = Nearest { t: s.t_max, triangle: INVALID, uv: [0.0; 2] };
         let tests = self.walk(&s, &mut nearest, |place, _| {
-            occluded |= meet(&s, self.triangle(place).0).is_some_and(|m| {
+            occluded |= self.meet(&s, self.triangle(place).0).is_some_and(|m| {
                 let (depth, det) = if m.det < 0.0 { (-m.depth, -m.det) } else { (m.depth, m.det) };
                 depth >= s.t_min * det && depth <= s.t_max * det
             });
@@ -265,7 +321,7 @@ impl Tree<'_> {
         let count = self.tree.triangles.len() as u32 / TRIANGLE_WORDS;
         let owns = |place: u32| {
             let (corners, index) = self.triangle(place);
-            meet(&s, corners).map(|_| index)
+            self.meet(&s, corners).map(|_| index)
         };
         if s.valid { (0..count).filter_map(owns).collect() } else { vec![] }
     }

@@ -5,11 +5,9 @@
 use boxwood::device::{Device, Options};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
-/// How tests open devices. `BOXWOOD_VALIDATION=1` turns the layers on; loads are then of one word, for with 64-bit ones
-/// a single small build took over 100 s under the layers on a cold shader cache (lavapipe 25.0, 2 cores).
+/// How tests open devices: `BOXWOOD_VALIDATION` turns the validation layers on.
 pub fn options() -> Options {
-    let options = Options::from_env();
-    Options { narrow: options.validation, ..options }
+    Options::from_env()
 }
 
 /// The device, opened once.

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-use crate::gpu::{Quiet, quiet_on};
+use crate::gpu::{Quiet, quiet, quiet_on};
 use crate::matrix::{max_leaf, narrow, radius};
 use crate::soup::{Random, aimed, grid, moved, named, random, random_rays, ray, scene, sphere};
 use boxwood::abi::{Hit, Ray, Tests};
@@ -39,7 +39,7 @@ impl<'a> Traced<'a> {
     }
 
     fn twin(&self) -> Tree<'_> {
-        Tree { tree: &self.tree, space: &self.space }
+        Tree { tree: &self.tree, space: &self.space, wide: self.device.is_wide() }
     }
 
     fn hits(&self, rays: &[Ray], options: Options) -> Vec<Hit> {
@@ -125,7 +125,7 @@ fn axis_rays() -> Vec<Ray> {
 
 #[test]
 fn random_rays_hit_as_the_twin_and_the_reference_say() {
-    let device = quiet_on(narrow);
+    let device = quiet();
     for (what, corners) in [
         ("sparse", random(3000, 0.02, 1)),
         ("dense", random(1500, 0.5, 2)),
@@ -141,7 +141,7 @@ fn random_rays_hit_as_the_twin_and_the_reference_say() {
 
 #[test]
 fn axis_rays_hit_as_the_twin_and_the_reference_say() {
-    let device = quiet_on(narrow);
+    let device = quiet();
     let city = named("city:2000");
     for (what, scene) in [("grid", scene(&grid(3000))), ("sphere", sphere(12, [0.0; 3], 0.9)), ("city", city)]
     {
@@ -156,7 +156,7 @@ fn axis_rays_hit_as_the_twin_and_the_reference_say() {
 
 #[test]
 fn no_ray_leaks_through_vertices_and_edges() {
-    let device = quiet_on(narrow);
+    let device = quiet();
     let far = [1e4, -2e5, 1e6];
     for (centre, radius) in
         [([0.0; 3], 1.0), (far, 1e3), ([0.0; 3], 1e-30), ([0.0; 3], 1e30), ([3.0; 3], 1e-3)]
@@ -232,7 +232,7 @@ fn counts_are_those_of_the_twin() {
 
 #[test]
 fn t_min_and_t_max_belong_to_the_range() {
-    let device = quiet_on(narrow);
+    let device = quiet();
     // A stack of squares at z = 1, 2, 4, …: t is a power of two, which no rounding moves.
     let corners: Vec<_> = (0..12)
         .flat_map(|k| {
@@ -269,7 +269,7 @@ fn t_min_and_t_max_belong_to_the_range() {
 
 #[test]
 fn directions_of_any_length() {
-    let device = quiet_on(narrow);
+    let device = quiet();
     let soup = scene(&random(1500, 0.3, 10));
     let traced = Traced::new(&device, &soup, &Recipe::default());
     let reference = Reference::new(&soup);
@@ -317,7 +317,7 @@ fn from_afar(distance: f32, radius: f32) -> (Scene, Vec<Ray>) {
 
 #[test]
 fn rays_from_afar() {
-    let device = quiet_on(narrow);
+    let device = quiet();
     for (distance, radius) in [(1e7, 1e4), (1e4, 1.0)] {
         let (scene, rays) = from_afar(distance, radius);
         check(&device, &format!("from {distance:e} at a sphere of radius {radius:e}"), &scene, &rays);
@@ -332,7 +332,7 @@ fn rays_from_afar() {
 
 #[test]
 fn nonsense_rays_miss() {
-    let device = quiet_on(narrow);
+    let device = quiet();
     let scene = scene(&random(500, 0.5, 13));
     let plain = random_rays(24, 14);
     let mut rays = vec![];
@@ -354,7 +354,7 @@ fn nonsense_rays_miss() {
 
 #[test]
 fn scenes_of_any_size_anywhere() {
-    let device = quiet_on(narrow);
+    let device = quiet();
     let soup = random(800, 0.3, 15);
     let rays = random_rays(1500, 16);
     for (scale, shift) in [(1e-30f32, 0.0f32), (1e30, 0.0), (1.0, 1e4), (1.0, 1e6), (1e3, -1e6), (1e-3, 10.0)]
@@ -369,7 +369,7 @@ fn scenes_of_any_size_anywhere() {
 
 #[test]
 fn hits_depend_on_neither_tree_nor_order() {
-    let device = quiet_on(narrow);
+    let device = quiet();
     let corners = random(1200, 0.3, 17);
     let soup = scene(&corners);
     let rays = random_rays(3000, 18);
@@ -394,7 +394,7 @@ fn hits_depend_on_neither_tree_nor_order() {
 
 #[test]
 fn ties_go_to_the_lower_index() {
-    let device = quiet_on(narrow);
+    let device = quiet();
     let one = random(40, 0.5, 20);
     let copies: Vec<_> = (0..5).flat_map(|_| one.clone()).collect();
     let hits = check(&device, "five copies", &scene(&copies), &random_rays(3000, 21));
@@ -403,7 +403,7 @@ fn ties_go_to_the_lower_index() {
 
 #[test]
 fn empty_scenes_miss() {
-    let device = quiet_on(narrow);
+    let device = quiet();
     let nan = [[[f32::NAN; 3]; 3]; 3];
     for (what, scene) in [("no triangle", scene(&[])), ("none that can be hit", scene(&nan))] {
         let hits = check(&device, what, &scene, &random_rays(100, 22));
@@ -428,7 +428,7 @@ fn shapes_and_loads_do_not_show_in_hits() {
 
 #[test]
 fn the_fast_test_is_nearly_right() {
-    let device = quiet_on(narrow);
+    let device = quiet();
     let soup = scene(&random(1500, 0.3, 25));
     let traced = Traced::new(&device, &soup, &Recipe::default());
     let rays = random_rays(3000, 26);
