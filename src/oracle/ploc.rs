@@ -41,7 +41,7 @@ fn side(i: u32, distance: u32) -> u32 {
 
 /// Key of the pair (i, i + distance).
 pub fn pair_key(a: &Aabb, b: &Aabb, i: u32, distance: u32, radius: u32) -> u32 {
-    let colour = (distance - 1) * 2 | side(i, distance);
+    let colour = ((distance - 1) * 2) | side(i, distance);
     half_area(&merged(a, b)).to_bits() & !colour_mask(radius) | colour
 }
 

@@ -150,7 +150,7 @@ pub struct Meeting {
     pub uv: [f32; 2],
 }
 
-/// The robust test [Woop13]. `corners` in unit scale, not moved.
+/// The robust test \[WOOP13\]. `corners` in unit scale, not moved.
 pub fn meet(s: &Setup, corners: [V3; 3]) -> Option<Meeting> {
     let [a, b, c] = corners.map(|p| std::array::from_fn::<f32, 3, _>(|k| p[s.axes[k]] - s.origin[k]));
     let [p, q, r] = [a, b, c].map(|x| [x[0] - s.shear[0] * x[2], x[1] - s.shear[1] * x[2]]);
@@ -198,7 +198,7 @@ fn triple(d: [f64; 3], p: [f64; 3], q: [f64; 3]) -> f64 {
     let n = [p[2] * q[1], p[0] * q[2], p[1] * q[0]];
     let sum = d[0] * (m[0] - n[0]) + (d[1] * (m[1] - n[1]) + d[2] * (m[2] - n[2]));
     let size: [f64; 3] = std::array::from_fn(|k| d[k].abs() * (m[k].abs() + n[k].abs()));
-    if sum.abs() <= 3.552_713_678_800_500_9e-15 * (size[0] + size[1] + size[2]) { 0.0 } else { sum }
+    if sum.abs() <= 3.552_713_678_800_501e-15 * (size[0] + size[1] + size[2]) { 0.0 } else { sum }
 }
 
 fn meet_in_doubt(s: &Setup, corners: [V3; 3]) -> Option<Meeting> {
@@ -208,7 +208,7 @@ fn meet_in_doubt(s: &Setup, corners: [V3; 3]) -> Option<Meeting> {
     let (u, v, w) = (triple(d, c, b), triple(d, a, c), triple(d, b, a));
     let signs = [u, v, w];
     let det = u + v + w;
-    if signs.iter().any(|x| *x < 0.0) && signs.iter().any(|x| *x > 0.0) || det == 0.0 {
+    if (signs.iter().any(|x| *x < 0.0) && signs.iter().any(|x| *x > 0.0)) || det == 0.0 {
         return None;
     }
     let depth = (u * a[2] + v * b[2] + w * c[2]) / (det * d[2]);

@@ -84,8 +84,8 @@ pub fn assert_twin(
     let space = &twin.space;
     let twin_space = (space.scale, space.exponent, space.anchor.map(f32::to_bits), space.reach);
     assert_eq!(device_space, twin_space, "{what}: unit space");
-    let none: (Vec<RawNode>, Option<PlocRoot>, Vec<u32>, Vec<u32>, Vec<u32>) = Default::default();
-    let (nodes, root, kept, packed, leaf_triangles) = twin.raw.as_ref().map_or(none, |(tree, kept)| {
+    let none = || (vec![], None, vec![], vec![], vec![]);
+    let (nodes, root, kept, packed, leaf_triangles) = twin.raw.as_ref().map_or_else(none, |(tree, kept)| {
         let nodes = kept.nodes.clone();
         (tree.nodes.clone(), Some(tree.root), nodes, kept.packed.clone(), kept.leaf_triangles.clone())
     });

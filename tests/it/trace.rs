@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::gpu::{Quiet, quiet, quiet_on};
-use crate::matrix::{max_leaf, narrow, radius};
+use crate::matrix::{gpu_shaped, max_leaf, narrow, radius};
 use crate::soup::{Random, aimed, grid, moved, named, random, random_rays, ray, scene, sphere};
 use boxwood::abi::{Hit, Ray, Tests};
 use boxwood::bvh::{self, Bvh, HostTree, Recipe, SceneBuffers};
@@ -412,18 +412,24 @@ fn empty_scenes_miss() {
 }
 
 #[test]
-fn shapes_and_loads_do_not_show_in_hits() {
+fn shapes_do_not_show_in_hits() {
     let soup = scene(&random(1500, 0.2, 23));
     let rays = random_rays(2000, 24);
-    let hits = {
-        let device = quiet_on(narrow);
-        Traced::new(&device, &soup, &Recipe::default()).hits(&rays, CLOSEST)
-    };
-    for other in [narrow as fn() -> _] {
-        let device = quiet_on(other);
-        let traced = Traced::new(&device, &soup, &Recipe::default());
-        assert_same_hits("another device", &rays, &hits, &traced.assert_twin("another device", &rays));
-    }
+    let hits = Traced::new(&quiet(), &soup, &Recipe::default()).hits(&rays, CLOSEST);
+    let device = quiet_on(gpu_shaped);
+    let traced = Traced::new(&device, &soup, &Recipe::default());
+    assert_same_hits("GPU shapes", &rays, &hits, &traced.assert_twin("GPU shapes", &rays));
+}
+
+#[test]
+fn devices_without_doubles_hit_as_their_twin_says() {
+    let device = quiet_on(narrow);
+    let soup = scene(&random(1500, 0.2, 23));
+    let hits = check(&device, "no doubles", &soup, &random_rays(2000, 24));
+    assert!(hits.iter().any(Hit::is_hit));
+    let sphere = sphere(12, [0.0; 3], 1.0);
+    let hits = check(&device, "no doubles, sphere", &sphere, &aimed(&sphere, [0.1, 0.2, -0.1]));
+    assert!(hits.iter().all(Hit::is_hit));
 }
 
 #[test]
