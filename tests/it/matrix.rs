@@ -4,7 +4,7 @@
 
 use crate::gpu::{options, quiet, quiet_on};
 use crate::soup::{grid, random, scene};
-use boxwood::abi::{PlocRoot, RawNode, TAIL_CLUSTERS};
+use boxwood::abi::TAIL_CLUSTERS;
 use boxwood::bvh::{self, Built, Collapse, HostTree, Morton, Recipe, SceneBuffers, Stages};
 use boxwood::device::{Device, Options, Shape};
 use boxwood::oracle;
