@@ -17,11 +17,15 @@ pub(super) fn trace(device: &Device, options: Options, counting: Counting, trace
     let say = |sentence: String| eprintln!("explain: {sentence}");
     let kernel = kernel_name(device, options);
     say(match (options.coherent, device.shape().packets) {
-        (true, true) => format!("trace: {kernel}, for neighbouring rays go much the same way"),
+        (true, true) => {
+            format!("trace: {kernel}, which a sample of the rays ran faster in, or which suits rays so alike")
+        }
         (true, false) => {
             format!("trace: {kernel}, for this device gains nothing by packets, though the rays are alike")
         }
-        (false, _) => format!("trace: {kernel}, for neighbouring rays go different ways: no packets"),
+        (false, _) => format!(
+            "trace: {kernel}, for neighbouring rays go different ways, or a sample ran slower in packets"
+        ),
     });
     say(match options.query {
         Query::Closest => "trace: nearest hit, with t, u and v".into(),

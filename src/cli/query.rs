@@ -5,7 +5,7 @@ use super::check::{self, Checks};
 use super::choices::{PrecisionName, RecipeArgs, RunsArgs};
 use super::files::{self, Output, emit};
 use super::{Global, explain};
-use crate::bench::{Counting, KernelTime, Protocol, Traced, measure_builds, trace_all};
+use crate::bench::{Counting, KernelTime, Protocol, Traced, choose_packets, measure_builds, trace_all};
 use crate::bvh::{Bvh, SceneBuffers};
 use crate::scene::Progress;
 use crate::trace::{Options, Query, is_coherent, kernel_name};
@@ -97,6 +97,7 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
         precision: args.precision.into(),
         coherent: is_coherent(&rays, extent(bvh)),
     };
+    let options = choose_packets(&device, bvh, &rays, options)?;
     let protocol = Protocol { runs, counting: if args.count { Counting::On } else { Counting::Off } };
     let bar = bar(global, rays.len());
     let traced = trace_all(&device, bvh, &rays, options, protocol, &|n| bar.inc(n as u64))?;

@@ -6,7 +6,7 @@ use crate::bvh::Morton;
 use crate::scene::Scene;
 
 /// Share of triangles with their predecessor's 30-bit code at which 63 bits pay.
-const DUPLICATES_FOR_63: f64 = 0.3;
+const DUPLICATES_FOR_63: f64 = 0.95;
 
 /// Places of `keys` in rising order; of equal keys the earlier comes first.
 pub fn order(keys: &[u64]) -> Vec<u32> {
