@@ -91,18 +91,19 @@ bool meet_robust(Setup s, PackedTriangle t, out Meeting m) {
     // the largest |x| + |y| of a corner, and 4 u of its products.
     vec2 far = max(abs(p), max(abs(q), abs(r)));
     float doubt = s.slack * (far.x + far.y);
-    if (lo < -doubt && hi > doubt) return false;
-    if (least_of(abs(u), least_of(abs(v), abs(w))) <= doubt) return meet_in_doubt(s, t, m);
+    // What passes is few: it is met again in doubles, for its sign where in doubt, and for its t: of a triangle much
+    // larger than t, single precision would lose a share of 10⁻⁴.
+    return !(lo < -doubt && hi > doubt) && meet_in_doubt(s, t, m);
 #else
     if (u == 0.0 || v == 0.0 || w == 0.0) {
         return meet_in_doubt(s, t, vec3(a.z, b.z, c.z), p, q, r, vec3(u, v, w), m);
     }
     if (lo < 0.0 && hi > 0.0) return false;
-#endif
     precise float det = u + v + w;
     precise float depth = (u * a.z + v * b.z + w * c.z) * s.shear.z;
     m = Meeting(depth, det, vec2(v, w));
     return true;
+#endif
 }
 
 // [MOLLER97]. Leaks at edges and vertices.

@@ -171,7 +171,7 @@ pub fn meet(s: &Setup, corners: [V3; 3]) -> Option<Meeting> {
     (det != 0.0).then_some(Meeting { depth, det, uv: [v, w] })
 }
 
-/// The same test on a device with 64-bit floats: what rounding may have turned is decided in doubles.
+/// The same test on a device with 64-bit floats: what is not surely missed is met again in doubles.
 pub fn meet_wide(s: &Setup, corners: [V3; 3]) -> Option<Meeting> {
     let [a, b, c] = corners.map(|p| std::array::from_fn::<f32, 3, _>(|k| p[s.axes[k]] - s.origin[k]));
     let [p, q, r] = [a, b, c].map(|x| [x[0] - s.shear[0] * x[2], x[1] - s.shear[1] * x[2]]);
@@ -184,12 +184,7 @@ pub fn meet_wide(s: &Setup, corners: [V3; 3]) -> Option<Meeting> {
     if lo < -doubt && hi > doubt {
         return None;
     }
-    if u.abs().min(v.abs()).min(w.abs()) <= doubt {
-        return meet_in_doubt(s, corners);
-    }
-    let det = u + v + w;
-    let depth = (u * a[2] + v * b[2] + w * c[2]) * s.shear[2];
-    Some(Meeting { depth, det, uv: [v, w] })
+    meet_in_doubt(s, corners)
 }
 
 /// d · (p × q); 0 where rounding could have turned its sign.
