@@ -39,7 +39,7 @@ pub struct Recipe {
 
 impl Default for Recipe {
     fn default() -> Self {
-        // Radius 8: 16 takes 9–20 % longer to build and lowers the cost by 0.8 % at best (platform measurements).
+        // Radius 8: in a prototype 16 took 9–20 % longer and lowered the cost by 0.8 % at best. Not measured here.
         let collapse = Collapse { traversal_cost: 3.0, triangle_cost: 2.0, max_leaf: 8 };
         Self { morton: Morton::Auto, radius: 8, collapse }
     }

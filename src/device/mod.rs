@@ -90,7 +90,7 @@ pub struct Device {
     recorders: AtomicUsize,
     /// Buffers dropped while there were such recorders: spare with the last of them.
     dropped: Mutex<Vec<buffer::Memory>>,
-    /// Buffers to use again: fresh memory costs page faults, a third of a build's time on a software driver.
+    /// Buffers to use again: fresh memory costs page faults at each build.
     spare: Mutex<Vec<buffer::Memory>>,
     /// Bytes of all live buffers, and the most there were since [`Device::track_memory`].
     in_use: AtomicU64,

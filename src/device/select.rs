@@ -137,12 +137,7 @@ pub(super) fn inspect(instance: &ash::Instance, physical: vk::PhysicalDevice, in
             has(vk::EXT_MEMORY_BUDGET_NAME),
             "free memory, before a build",
         ),
-        feature(
-            "shaderInt64",
-            optional,
-            f.shader_int64 != 0,
-            "loads of two words at a time: half the cost on lavapipe",
-        ),
+        feature("shaderInt64", optional, f.shader_int64 != 0, "loads of two words at a time"),
         feature(
             "shaderFloat64",
             optional,
