@@ -49,7 +49,7 @@ fn kernels() -> Result<(), String> {
     for (name, path) in sources(Path::new(GLSL))? {
         let args = abi::STRUCTS
             .iter()
-            .find(|s| s.kernel == name)
+            .find(|s| s.kernels.contains(&name.as_str()))
             .ok_or_else(|| format!("{}: src/abi.rs has no struct `@kernel \"{name}\"`", path.display()))?;
         let text = fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
         let stem = name.replace('/', "_");
@@ -82,9 +82,9 @@ fn kernels() -> Result<(), String> {
         "/// Every kernel: its name and its SPIR-V, without and with 64-bit loads.\n\
          pub const ALL: &[(&str, [&[u8]; 2])] = &[\n{all}];"
     );
-    for s in abi::STRUCTS.iter().filter(|s| !s.kernel.is_empty()) {
-        if !Path::new(GLSL).join(format!("{}.comp", s.kernel)).exists() {
-            return Err(format!("src/abi.rs: {} names kernel {}, which glsl/ lacks", s.name, s.kernel));
+    for (s, kernel) in abi::STRUCTS.iter().flat_map(|s| s.kernels.iter().map(move |k| (s, k))) {
+        if !Path::new(GLSL).join(format!("{kernel}.comp")).exists() {
+            return Err(format!("src/abi.rs: {} names kernel {kernel}, which glsl/ lacks", s.name));
         }
     }
     fs::write(out_dir.join("kernels.rs"), constants).map_err(|e| format!("kernels.rs: {e}"))
@@ -162,7 +162,8 @@ fn glsl_type(rust: &str) -> Type {
     {
         if let Some(element) = t.strip_prefix(prefix) {
             let element = element.trim_end_matches('>');
-            let element = if abi::PAIRS.contains(&element) { "PAIR".to_owned() } else { plain(element) };
+            let element =
+                if abi::PAIRS.contains(&element) { format!("{element}Pairs") } else { plain(element) };
             return Type::Pointer { element, qualifier };
         }
     }
@@ -175,7 +176,7 @@ fn elements() -> String {
     for (name, value) in abi::CONSTANTS {
         let _ = writeln!(out, "#define {name} {value}u");
     }
-    for s in abi::STRUCTS.iter().filter(|s| s.kernel.is_empty()) {
+    for s in abi::STRUCTS.iter().filter(|s| s.kernels.is_empty()) {
         out += &structure(s);
         if abi::PAIRS.contains(&s.name) {
             out += &pairs(s);
@@ -209,7 +210,8 @@ fn pairs(s: &abi::Struct) -> String {
         let (x, y) = (word(2 * i), word(2 * i + 1));
         let _ = writeln!(out, "PAIR {name}_pair{i}({name} s) {{ return pair_of(uvec2({x}, {y})); }}");
     }
-    let at = |i: usize| format!("P(b).at[{n}u * (i) + {i}u]");
+    let _ = writeln!(out, "struct {name}Pairs {{ PAIR p[{n}]; }};");
+    let at = |i: usize| format!("P(b).at[i].p[{i}]");
     let _ = writeln!(out, "#define LOAD_{name}(b, i) {name}_of({})", list(&at));
     let stores: Vec<String> = (0..n).map(|i| format!("{} = {name}_pair{i}(v);", at(i))).collect();
     let _ = writeln!(out, "#define STORE_{name}(b, i, v) {{ {} }}", stores.join(" "));
@@ -256,7 +258,7 @@ fn arguments(s: &abi::Struct) -> String {
         let _ = writeln!(
             out,
             "layout(buffer_reference, scalar, buffer_reference_align = {}) {qualifier} buffer Buffer_{} {{ {element} at[]; }};",
-            if element == "PAIR" { 8 } else { 4 },
+            if element.ends_with("Pairs") || element == "PAIR" { 8 } else { 4 },
             m.name
         );
     }

@@ -3,7 +3,7 @@
 //!
 //! All structs are scalar-layout: 4-byte aligned, no padding. A kernel's arguments travel in push constants
 //! (at most [`PUSH_BYTES`]); [`Ptr`] and [`PtrMut`] in them become typed buffers in the kernel, written
-//! `P(bounds).at[i]`, either a storage-buffer binding or a device address: see `device::kernel`.
+//! `P(bounds).at[i]`.
 
 use core::marker::PhantomData;
 
@@ -69,8 +69,8 @@ pub struct Struct {
     pub size: usize,
     /// Members in order.
     pub members: &'static [Member],
-    /// The kernel whose push constants these are (`"ploc/search"`), or "" for an element type.
-    pub kernel: &'static str,
+    /// The kernels whose push constants these are (`"ploc/search"`); none for an element type.
+    pub kernels: &'static [&'static str],
 }
 
 /// Arguments of one kernel.
@@ -80,14 +80,14 @@ pub trait Args: bytemuck::NoUninit {
 }
 
 macro_rules! abi {
-    ($( $(#[doc = $doc:literal])* $(@kernel $kernel:literal)? struct $name:ident { $( $(#[doc = $fdoc:literal])* $field:ident : $ty:ty ),* $(,)? } )*) => {
+    ($( $(#[doc = $doc:literal])* $(@kernel $($kernel:literal)+)? struct $name:ident { $( $(#[doc = $fdoc:literal])* $field:ident : $ty:ty ),* $(,)? } )*) => {
         $(
             $(#[doc = $doc])*
-            $(#[doc = concat!("Arguments of `", $kernel, "`.")])?
+            $($(#[doc = concat!("Arguments of `", $kernel, "`.")])+)?
             #[repr(C)]
             #[derive(Debug, Clone, Copy)]
             pub struct $name { $( $(#[doc = $fdoc])* pub $field: $ty, )* }
-            abi!(@pod $name $($kernel)?);
+            abi!(@pod $name $($($kernel)+)?);
             impl $name {
                 /// Layout, for the generator.
                 pub const LAYOUT: Struct = Struct {
@@ -96,7 +96,7 @@ macro_rules! abi {
                     members: &[ $( Member {
                         name: stringify!($field), ty: stringify!($ty), offset: core::mem::offset_of!($name, $field),
                     }, )* ],
-                    kernel: concat!($($kernel)?),
+                    kernels: &[$($($kernel),+)?],
                 };
             }
             const _: () = assert!(core::mem::align_of::<$name>() == 4);
@@ -113,7 +113,7 @@ macro_rules! abi {
         #[allow(unsafe_code)]
         unsafe impl bytemuck::Pod for $name {}
     };
-    (@pod $name:ident $kernel:literal) => {
+    (@pod $name:ident $($kernel:literal)+) => {
         // SAFETY: repr(C), 4-byte words only, no padding (asserted below): every byte is initialised.
         #[allow(unsafe_code)]
         unsafe impl bytemuck::NoUninit for $name {}
@@ -128,7 +128,7 @@ pub type Pair = [u32; 2];
 /// Structs that buffers hold as pairs of words, which kernels load with `LOAD_S(buffer, i)` and store with
 /// `STORE_S(buffer, i, value)`; the others are plain structs in their buffers.
 pub const PAIRS: &[&str] =
-    &["Ray", "Hit", "Aabb", "Cluster", "RawNode", "Node", "PackedTriangle", "Tests", "Surface"];
+    &["Ray", "Hit", "Aabb", "Cluster", "RawNode", "RawLink", "Node", "PackedTriangle", "Tests", "Surface"];
 
 macro_rules! constants {
     ($( $(#[doc = $doc:literal])* $name:ident = $value:expr; )*) => {
@@ -143,8 +143,17 @@ constants! {
     INVALID = 0xffff_ffff;
     /// Set in a child reference: the rest names a leaf.
     LEAF_BIT = 0x8000_0000;
-    /// Set in a raw node's count: the surface area heuristic prefers this subtree as one leaf.
-    COLLAPSED_BIT = 0x8000_0000;
+    /// Set in a raw node's count, and in its parent's reference to it: the surface area heuristic prefers this subtree
+    /// as one leaf.
+    COLLAPSED_BIT = 0x4000_0000;
+    /// Set likewise: the packed node of the parent takes this node's children in its place.
+    ABSORBED_BIT = 0x2000_0000;
+    /// Bits of a raw node's count that count, and of a reference to a raw node that name it.
+    RAW_MASK = 0x0fff_ffff;
+    /// Children of a packed node.
+    WIDTH = 4;
+    /// Lowest bit of what a cluster's count holds beside the triangles.
+    SLOTS_SHIFT = 28;
     /// Words of a triangle in a packed tree: nine coordinates and the input index.
     TRIANGLE_WORDS = 10;
     /// Key of a triangle that can't be hit: sorts behind every Morton code.
@@ -229,7 +238,8 @@ abi! {
         node: u32,
         /// Morton rank of the first triangle: unique among live clusters, rising.
         rank: u32,
-        /// Triangles, with [`COLLAPSED_BIT`] where `node` is collapsed.
+        /// Triangles, and from [`SLOTS_SHIFT`] on one less than the children that a packed node of `node` would have: 0
+        /// for a triangle, or where `node` is collapsed.
         count: u32,
         /// Expected cost of the subtree if hit times its half area (not divided by the scene's): \[GOLDSMITH87\].
         cost: f32,
@@ -240,25 +250,31 @@ abi! {
         left_bounds: Aabb,
         /// Second child's box, unit space.
         right_bounds: Aabb,
-        /// First child: raw node, or [`LEAF_BIT`] | Morton rank.
+        /// First child: raw node, with [`COLLAPSED_BIT`] and [`ABSORBED_BIT`], or [`LEAF_BIT`] | Morton rank.
         left: u32,
         /// Second child.
         right: u32,
-        /// Triangles below, with [`COLLAPSED_BIT`].
+    }
+    /// What the node above says of a raw node.
+    struct RawLink {
+        /// Triangles below, with [`COLLAPSED_BIT`] and [`ABSORBED_BIT`].
         count: u32,
         /// Raw node above; [`INVALID`] at the root.
         parent: u32,
     }
-    /// An inner node of a packed tree, one 64-byte line.
+    /// An inner node of a packed tree, one 64-byte line: up to four children, their boxes on the node's own grid of
+    /// 256 planes an axis, rounded outward: plane q lies at origin + q · 2^exponent \[YLITIE17\].
     struct Node {
-        /// First child's box, unit space.
-        left_bounds: Aabb,
-        /// Second child's box, unit space; empty where there is no second child.
-        right_bounds: Aabb,
-        /// First child: node, or [`LEAF_BIT`] | count − 1 | first triangle (see `SPEC_LEAF_BITS`).
-        left: u32,
-        /// Second child.
-        right: u32,
+        /// Least corner of the node's box, unit space.
+        origin: [f32; 3],
+        /// Exponents + 127 of x, y, z in the low three bytes.
+        exponents: u32,
+        /// Least planes of the children, child k's in byte k; 255 where there is none.
+        lo: [u32; 3],
+        /// Greatest planes of the children; 0 where there is none.
+        hi: [u32; 3],
+        /// Node, or [`LEAF_BIT`] | count − 1 | first triangle (see `SPEC_LEAF_BITS`), or [`INVALID`], which come last.
+        children: [u32; 4],
         /// 0: keeps a node within one cache line.
         pad: [u32; 2],
     }
@@ -410,22 +426,9 @@ abi! {
         /// Cost of a triangle test, c_I.
         triangle_cost: f32,
     }
-    @kernel "ploc/search"
+    @kernel "ploc/search" "ploc/search_loads"
     struct PlocSearchArgs {
         /// Boxes of the clusters: `capacity` after an even number of rounds, then `capacity` after an odd one.
-        bounds: Ptr<Aabb>,
-        /// One a round.
-        state: Ptr<PlocState>,
-        /// Key of each cluster's least pair.
-        nearest: PtrMut<u32>,
-        /// This round.
-        round: u32,
-        /// Clusters that one half of `bounds` holds.
-        capacity: u32,
-    }
-    @kernel "ploc/search_loads"
-    struct PlocSearchLoadsArgs {
-        /// Boxes of the clusters, two halves.
         bounds: Ptr<Aabb>,
         /// One a round.
         state: Ptr<PlocState>,
@@ -476,6 +479,8 @@ abi! {
         clusters: PtrMut<Cluster>,
         /// The tree.
         nodes: PtrMut<RawNode>,
+        /// One a node; the root's stays unwritten.
+        links: PtrMut<RawLink>,
         /// This round.
         round: u32,
         /// Clusters that one half holds.
@@ -499,6 +504,8 @@ abi! {
         state: Ptr<PlocState>,
         /// The tree.
         nodes: PtrShared<RawNode>,
+        /// One a node.
+        links: PtrShared<RawLink>,
         /// One.
         root: PtrMut<PlocRoot>,
         /// The round whose state is the last.
@@ -515,12 +522,14 @@ abi! {
     @kernel "collapse/count"
     struct CollapseCountArgs {
         /// The tree.
-        nodes: Ptr<RawNode>,
+        raw: Ptr<RawNode>,
+        /// One a node.
+        links: Ptr<RawLink>,
         /// Nodes kept, of the invocations before this one in the workgroup, and triangles of leaves directly below.
         before: PtrMut<u32>,
         /// Nodes kept a workgroup, then leaf triangles a workgroup.
         sums: PtrMut<u32>,
-        /// Leaf triangles directly below each node; [`INVALID`] where the node isn't kept.
+        /// Triangles of the leaves that are children of each packed node; [`INVALID`] where the raw node isn't kept.
         leaf_triangles: PtrMut<u32>,
         /// Raw nodes.
         count: u32,
@@ -550,6 +559,8 @@ abi! {
     struct LayoutNodesArgs {
         /// The tree.
         raw: Ptr<RawNode>,
+        /// One a node.
+        links: Ptr<RawLink>,
         /// The kept nodes, in order.
         kept: Ptr<u32>,
         /// Packed index of each kept node.
@@ -591,33 +602,8 @@ abi! {
         /// Triangles in leaf order: input indices.
         sequence: PtrMut<u32>,
     }
-    @kernel "trace/single"
-    struct TraceSingleArgs {
-        /// Rays, scene space.
-        rays: Ptr<Ray>,
-        /// The packed tree.
-        nodes: Ptr<Node>,
-        /// Its triangles.
-        triangles: Ptr<PackedTriangle>,
-        /// Hits, one a ray.
-        hits: PtrMut<Hit>,
-        /// One a ray; not followed where SPEC_COUNT is 0.
-        tests: PtrMut<Tests>,
-        /// Rays.
-        count: u32,
-        /// Root of the packed tree.
-        root: u32,
-        /// Exponent of the power of two that takes scene space to unit space.
-        exponent: i32,
-        /// Unit space is scene · 2^exponent − `anchor`.
-        anchor: [f32; 3],
-        /// Largest coordinate of the tree, unit space.
-        reach: f32,
-        /// Threads that a software driver deals workgroups to; 1 on a GPU.
-        threads: u32,
-    }
-    @kernel "trace/packet"
-    struct TracePacketArgs {
+    @kernel "trace/single" "trace/refill" "trace/packet"
+    struct TraceArgs {
         /// Rays, scene space.
         rays: Ptr<Ray>,
         /// The packed tree.

@@ -1,15 +1,34 @@
-// One invocation ITEMS raw nodes: which are kept, and how many triangles the leaves directly below each have; sums of
-// both over the invocations before (before, two a invocation) and over the workgroup (sums). Reads nodes.
+// One invocation ITEMS raw nodes: which are kept, and how many triangles the leaves among the children of each packed
+// node have; sums of both over the invocations before (before, two a invocation) and over the workgroup (sums).
+// Reads raw, links.
 #include "lib/scan.glsl"
+#include "lib/raw.glsl"
 #include "lib/collapsed.glsl"
 
 layout(constant_id = SPEC_ITEMS) const uint ITEMS = 1;
 
-// Triangles of child where it is a leaf of the packed tree, else 0.
-uint leaf_count(uint child) {
-    if (child >= LEAF_BIT) return 1;
-    uint count = COUNT_PARENT(nodes, child).x;
-    return (count & COLLAPSED_BIT) != 0 ? count & ~COLLAPSED_BIT : 0;
+// Triangles of the leaves among the children of the packed node of a raw node.
+uint leaf_triangles_of(uint node) {
+    uint triangles = 0;
+    uint waiting = INVALID;  // a packed node has room for two absorbed ones: one of them can wait
+    for (;;) {
+        uvec2 children = CHILDREN(node);
+        node = INVALID;
+        for (int side = 0; side < 2; ++side) {
+            uint child = children[side];
+            if (is_absorbed(child)) {
+                waiting = node;
+                node = child & RAW_MASK;
+            } else if (is_leaf(child)) {
+                triangles += child >= LEAF_BIT ? 1 : LOAD_RawLink(links, child & RAW_MASK).count & RAW_MASK;
+            }
+        }
+        if (node == INVALID) {
+            if (waiting == INVALID) return triangles;
+            node = waiting;
+            waiting = INVALID;
+        }
+    }
 }
 
 void main() {
@@ -19,8 +38,7 @@ void main() {
     for (uint i = begin; i < end; ++i) {
         uint here = INVALID;
         if (is_kept(i)) {
-            uvec2 children = CHILDREN(nodes, i);
-            here = leaf_count(children.x) + leaf_count(children.y);
+            here = leaf_triangles_of(i);
             triangles += here;
             ++kept;
         }

@@ -1,12 +1,5 @@
-// Writing leaves of the packed tree. Wants the buffers raw, order, sequence.
-
-// Count, with COLLAPSED_BIT, of a raw node; its children.
-#define COUNT(node) words_of(P(raw).at[8u * (node) + 7u]).x
-#define CHILDREN(node) words_of(P(raw).at[8u * (node) + 6u])
-
+// Writing leaves of the packed tree. Wants lib/raw.glsl and the buffers raw, order, sequence.
 layout(constant_id = SPEC_LEAF_BITS) const uint LEAF_BITS = 3;
-
-const Aabb EMPTY = Aabb(vec3(3.4e38), vec3(-3.4e38));
 
 uint leaf_reference(uint first, uint count) { return LEAF_BIT | (count - 1) << (31 - LEAF_BITS) | first; }
 
@@ -18,7 +11,7 @@ uint pack_leaf(uint child, uint to) {
     uint top = 0;
     for (;;) {
         while (child < LEAF_BIT) {
-            uvec2 children = CHILDREN(child);
+            uvec2 children = CHILDREN(child & RAW_MASK);
             stack[top++] = children.y;
             child = children.x;
         }

@@ -5,19 +5,19 @@ PAIR shared_pair(PAIR low, PAIR high, uint k) {
     return pair_of(subgroupBroadcast(words, gl_SubgroupSize >= 8 ? k : k & 3u));
 }
 
-#define SHARED(b, from, last, low, high)                                                                              \
-    PAIR low = P(b).at[from + min(gl_SubgroupInvocationID & (gl_SubgroupSize >= 8 ? 7u : 3u), last)], high = low;       \
-    if (gl_SubgroupSize < 8) high = P(b).at[from + min(4u + (gl_SubgroupInvocationID & 3u), last)];
+#define SHARED(b, i, last, low, high)                                                                                 \
+    PAIR low = P(b).at[i].p[min(gl_SubgroupInvocationID & (gl_SubgroupSize >= 8 ? 7u : 3u), last)], high = low;         \
+    if (gl_SubgroupSize < 8) high = P(b).at[i].p[min(4u + (gl_SubgroupInvocationID & 3u), last)];
 
 Node shared_node(uint node) {
-    SHARED(nodes, 8 * node, 7u, low, high)
+    SHARED(nodes, node, 7u, low, high)
     return Node_of(shared_pair(low, high, 0), shared_pair(low, high, 1), shared_pair(low, high, 2),
                    shared_pair(low, high, 3), shared_pair(low, high, 4), shared_pair(low, high, 5),
                    shared_pair(low, high, 6), shared_pair(low, high, 7));
 }
 
 PackedTriangle shared_triangle(uint place) {
-    SHARED(triangles, 5 * place, 4u, low, high)
+    SHARED(triangles, place, 4u, low, high)
     return PackedTriangle_of(shared_pair(low, high, 0), shared_pair(low, high, 1), shared_pair(low, high, 2),
                              shared_pair(low, high, 3), shared_pair(low, high, 4));
 }

@@ -6,9 +6,9 @@
 //
 // Box padding. A hit that the triangle test reports lies within PAD · R of the ray in each axis and in depth, where R
 // is the largest coordinate difference between the ray's origin and the scene: the test rounds v − o (1 u, u = 2⁻²⁴)
-// and the shear (division 5 u, product and difference 2 u); the boxes' coordinates are rounded (1 u), the moved
-// origin (1 u), the reciprocal direction (5 u), one product and one sum a plane (2 u). That is below 20 u; PAD is
-// 32 u. Boxes larger by PAD · R on every side contain every hit, so no ray falls between two of them.
+// and the shear (division 5 u, product and difference 2 u); the boxes' coordinates are rounded (1 u), their planes'
+// distances from the node's corner (1 u), the moved origin (1 u), the reciprocal direction (5 u), and of a plane two
+// products and three sums (5 u; steps are powers of two). That is 21 u; PAD is 32 u. Boxes larger by PAD · R on every side contain every hit, so no ray falls between two of them.
 const float PAD = 32.0 / 16777216.0;
 // Direction components below this are raised to it, with their sign: over the distance R that moves the ray by
 // 2⁻⁴⁰ R, far less than the padding, and ±0 needs no case of its own.
@@ -81,14 +81,14 @@ Setup prepare(Ray ray) {
     return s;
 }
 
-// The ray of this invocation. Software drivers hand each thread one run of workgroups; dealing them out in turn
-// instead (args.threads > 1) evens out the threads' work.
-uint ray_index() {
+// The first ray of this invocation, of `items` a workgroup apart. Software drivers hand each thread one run of
+// workgroups; dealing them out in turn instead (args.threads > 1) evens out the threads' work.
+uint first_ray(uint items) {
     uint group = group_index();
     if (args.threads > 1) {
-        uint groups = (args.count + WG - 1) / WG;
+        uint groups = (args.count + items * WG - 1) / (items * WG);
         uint share = (groups + args.threads - 1) / args.threads;
         group = (group % share) * args.threads + group / share;
     }
-    return group * WG + gl_LocalInvocationID.x;
+    return group * items * WG + gl_LocalInvocationID.x;
 }

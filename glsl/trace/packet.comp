@@ -2,13 +2,14 @@
 // Reads rays, nodes, triangles. For coherent rays where gathering a node for each ray is dear (software drivers):
 // a node is fetched once a packet and visited if any ray hits it.
 #include "lib/ray.glsl"
+#include "lib/node.glsl"
 #include "lib/hit.glsl"
 #include "lib/packet.glsl"
 
 layout(constant_id = SPEC_STACK) const uint STACK = 64;
 
 void main() {
-    uint ray = ray_index();
+    uint ray = first_ray(1);
     bool active_ray = ray < args.count;
     Setup s = prepare(LOAD_Ray(rays, min(ray, args.count - 1)));
     active_ray = active_ray && s.valid;
@@ -16,35 +17,23 @@ void main() {
     Tests tests = Tests(0, 0);
     bvec3 negative = lessThan(s.inverse, vec3(0.0));
 
+    // Without the t where a child is entered: to keep it costs a packet more than it saves.
     uint stack[STACK];
     uint top = 0;
     uint node = args.root;
     while (node != INVALID) {
         if (node < LEAF_BIT) {
             Node n = shared_node(node);
-            vec3 n0 = mix(n.left_bounds.lo, n.left_bounds.hi, negative) * s.inverse + s.near;
-            vec3 f0 = mix(n.left_bounds.hi, n.left_bounds.lo, negative) * s.inverse + s.far;
-            vec3 n1 = mix(n.right_bounds.lo, n.right_bounds.hi, negative) * s.inverse + s.near;
-            vec3 f1 = mix(n.right_bounds.hi, n.right_bounds.lo, negative) * s.inverse + s.far;
-            float enter0 = greatest_of(greatest_of(n0.x, n0.y), greatest_of(n0.z, s.t_min));
-            float leave0 = least_of(least_of(f0.x, f0.y), least_of(f0.z, nearest.t));
-            float enter1 = greatest_of(greatest_of(n1.x, n1.y), greatest_of(n1.z, s.t_min));
-            float leave1 = least_of(least_of(f1.x, f1.y), least_of(f1.z, nearest.t));
-            bool hit0 = enter0 <= leave0, hit1 = enter1 <= leave1;
-            if (COUNT != 0 && active_ray) tests.boxes += 2;
-            bool any0 = subgroupAny(hit0), any1 = subgroupAny(hit1);
-            if (any0 && any1) {
-                // The child that more rays meet first.
-                uint first = subgroupBallotBitCount(subgroupBallot(hit1 && (!hit0 || enter1 < enter0)));
-                uint second = subgroupBallotBitCount(subgroupBallot(hit0 && (!hit1 || enter0 <= enter1)));
-                bool swap = first > second;
-                stack[top++] = swap ? n.left : n.right;
-                node = swap ? n.right : n.left;
-            } else if (any0 || any1) {
-                node = any0 ? n.left : n.right;
-            } else {
-                node = top == 0 ? INVALID : stack[--top];
-            }
+            ivec4 keys = meet_children(s, negative, n, nearest.t);
+            if (COUNT != 0 && active_ray) tests.boxes += children_of(n);
+            // The child that some ray meets first goes first.
+            [[unroll]] for (int k = 0; k < WIDTH; ++k) keys[k] = subgroupMin(keys[k]);
+            keys = sorted(keys);
+            if (keys.w < MISSED) stack[top++] = child_of(n, keys.w);
+            if (keys.z < MISSED) stack[top++] = child_of(n, keys.z);
+            if (keys.y < MISSED) stack[top++] = child_of(n, keys.y);
+            if (keys.x < MISSED) node = child_of(n, keys.x);
+            else node = top == 0 ? INVALID : stack[--top];
         } else {
             uint place = leaf_first(node);
             uint end = place + leaf_count(node);

@@ -14,7 +14,7 @@ pub use plan::{Checking, Coverage, Plan, RayKind, SCENES};
 pub use report::{Report, SceneReport, SetReport};
 pub use run::{run, steps};
 pub use stats::{Spread, settled};
-pub use traces::{Counting, Protocol, TestTotals, Traced, choose_packets, trace_all};
+pub use traces::{Counting, Protocol, TestTotals, Traced, choose_walk, trace_all};
 
 use crate::bvh::BuildError;
 use crate::device::DeviceError;

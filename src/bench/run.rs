@@ -2,7 +2,7 @@
 //! builds and traces every scene once, so that what else the machine does meets all of them alike.
 
 use super::builds::warm_up;
-use super::traces::Pace;
+use super::traces::{Pace, fastest_walk};
 use super::{
     Checking, Coverage, KernelTime, Plan, RayKind, Report, Result, SceneReport, SetReport, Spread,
     TestTotals, by_kernel,
@@ -15,7 +15,7 @@ use crate::oracle::reference::Reference;
 use crate::oracle::validate::{Claims, Stats, validate};
 use crate::scene::Scene;
 use crate::trace::rays::{SAMPLES, Secondary, View, primary, secondary};
-use crate::trace::{BATCH, Batch, Options, Precision, Query, kernel_name, trace};
+use crate::trace::{BATCH, Batch, Options, Precision, Query, Walk, trace};
 use std::sync::Arc;
 
 /// Rays of each set on which the reference itself is held against brute force.
@@ -45,7 +45,7 @@ pub fn run(device: &Arc<Device>, scenes: &[Scene], plan: &Plan, progress: &dyn F
         runs: plan.runs,
         size: plan.size,
         coverage: plan.coverage,
-        scenes: cases.into_iter().map(|case| case.report(device)).collect(),
+        scenes: cases.into_iter().map(|case| case.report()).collect(),
     })
 }
 
@@ -73,6 +73,7 @@ struct Case<'s> {
 /// A kind of rays in a scene.
 struct Set {
     kind: RayKind,
+    options: Options,
     rays: usize,
     hits: usize,
     tests: TestTotals,
@@ -80,13 +81,11 @@ struct Set {
     trace_ms: Vec<f64>,
 }
 
-/// What to trace a kind of rays with.
-fn options(kind: RayKind) -> Options {
-    match kind {
-        RayKind::Primary => Options { query: Query::Closest, precision: Precision::Robust, coherent: true },
-        RayKind::Ao => Options { query: Query::Any, precision: Precision::Robust, coherent: false },
-        RayKind::Diffuse => Options { query: Query::Closest, precision: Precision::Robust, coherent: false },
-    }
+/// What to trace a kind of rays with, untried.
+fn untried(device: &Device, kind: RayKind) -> Options {
+    let query = if kind == RayKind::Ao { Query::Any } else { Query::Closest };
+    let walk = Walk::untried(device, kind == RayKind::Primary);
+    Options { query, precision: Precision::Robust, walk }
 }
 
 /// The device and the memory for rays that all scenes share.
@@ -137,7 +136,7 @@ impl<'a> Bench<'a> {
             sets: vec![],
         };
         primary(device, &case.view, &mut self.primaries, Timing::Off)?;
-        trace(device, bvh, &self.primaries, options(RayKind::Primary), Timing::Off)?;
+        trace(device, bvh, &self.primaries, untried(device, RayKind::Primary), Timing::Off)?;
         let reference = match self.plan.checking {
             Checking::Off => None,
             Checking::Sample { .. } => Some(Reference::new(scene)),
@@ -158,10 +157,18 @@ impl<'a> Bench<'a> {
         reference: Option<&Reference>,
     ) -> Result<Set> {
         let device = self.device;
-        let options = options(kind);
         self.find_pace(case, bvh, kind)?;
-        let mut set =
-            Set { kind, rays: 0, hits: 0, tests: TestTotals::default(), check: None, trace_ms: vec![] };
+        let mut options = untried(device, kind);
+        let mut chosen = false;
+        let mut set = Set {
+            kind,
+            options,
+            rays: 0,
+            hits: 0,
+            tests: TestTotals::default(),
+            check: None,
+            trace_ms: vec![],
+        };
         let sample = match self.plan.checking {
             Checking::Off => 0,
             Checking::Sample { rays } => rays,
@@ -176,6 +183,10 @@ impl<'a> Bench<'a> {
         };
         let (mut rays, mut hits): (Vec<Ray>, Vec<Hit>) = (vec![], vec![]);
         self.each_batch(case, bvh, kind, |batch| {
+            if !chosen {
+                options = fastest_walk(device, bvh, batch, options)?;
+                chosen = true;
+            }
             batch.tests = Some(Buffer::new(device, "trace.tests", batch.rays.len())?);
             trace(device, bvh, batch, options, Timing::Off)?;
             set.tests.add(batch)?;
@@ -191,6 +202,7 @@ impl<'a> Bench<'a> {
             }
             Ok(())
         })?;
+        set.options = options;
         set.check = reference.map(|reference| {
             let query = match options.query {
                 Query::Closest => compare::Query::Closest,
@@ -209,7 +221,8 @@ impl<'a> Bench<'a> {
         }
         secondary(self.device, &case.buffers, &self.primaries, &rays, 0, &mut self.secondaries, Timing::Off)?;
         if self.secondaries.count > 0 {
-            let times = trace(self.device, bvh, &self.secondaries, options(kind), Timing::Outer)?;
+            let times =
+                trace(self.device, bvh, &self.secondaries, untried(self.device, kind), Timing::Outer)?;
             self.pace.learn(self.secondaries.count, &times);
         }
         if self.pace.chunk() != self.secondaries.rays.len() {
@@ -265,14 +278,16 @@ impl<'a> Bench<'a> {
         case.build_wall_ms.push(built.wall_ms);
         let bvh = &built.bvh;
         primary(device, &case.view, &mut self.primaries, Timing::Off)?;
-        let first = trace(device, bvh, &self.primaries, options(RayKind::Primary), Timing::Outer)?;
+        let primaries = case.sets.iter().find(|set| set.kind == RayKind::Primary);
+        let options = primaries.map_or(untried(device, RayKind::Primary), |set| set.options);
+        let first = trace(device, bvh, &self.primaries, options, Timing::Outer)?;
         for i in 0..case.sets.len() {
-            let kind = case.sets[i].kind;
+            let Set { kind, options, .. } = case.sets[i];
             let mut ms = 0.0;
             match kind {
                 RayKind::Primary => ms = first.device_ms,
                 RayKind::Ao | RayKind::Diffuse => self.each_batch(case, bvh, kind, |batch| {
-                    ms += trace(device, bvh, batch, options(kind), Timing::Outer)?.device_ms;
+                    ms += trace(device, bvh, batch, options, Timing::Outer)?.device_ms;
                     Ok(())
                 })?,
             }
@@ -283,13 +298,13 @@ impl<'a> Bench<'a> {
 }
 
 impl Case<'_> {
-    fn report(self, device: &Device) -> SceneReport {
+    fn report(self) -> SceneReport {
         let set = |s: Set| {
             let trace_ms = Spread::of(&s.trace_ms);
             let rays = s.rays.max(1) as f64;
             SetReport {
                 kind: s.kind,
-                kernel: kernel_name(device, options(s.kind)),
+                kernel: s.options.walk.kernel_name(),
                 rays: s.rays,
                 hits: s.hits,
                 trace_ms,

@@ -4,7 +4,7 @@ use super::{Result, Spread};
 use crate::abi::{Hit, Ray};
 use crate::bvh::Bvh;
 use crate::device::{Device, Times, Timing};
-use crate::trace::{BATCH, Batch, Options, trace};
+use crate::trace::{BATCH, Batch, Options, Walk, trace};
 use std::sync::Arc;
 
 /// Rays of the first submit on a device whose speed isn't known yet.
@@ -99,32 +99,43 @@ pub fn trace_all(
     Ok(Traced { hits, device: Spread::of(&device_ms), wall: Spread::of(&wall_ms), chunk, submits, tests })
 }
 
-/// Rays of the sample that [`choose_packets`] times.
+/// Rays of the sample that [`choose_walk`] times.
 const SAMPLE: usize = 1 << 15;
 
-/// Single rays or packets, whichever a sample of neighbouring rays runs faster in; both give the same hits. On a device
-/// that gains nothing by packets, and for few rays, `options` as they are.
+/// The walk that a sample of neighbouring rays is fastest with; few rays are traced as `options` say.
 ///
 /// # Errors
 /// A failed Vulkan call, or not enough device memory for the sample.
-pub fn choose_packets(device: &Arc<Device>, bvh: &Bvh, rays: &[Ray], options: Options) -> Result<Options> {
-    if !device.shape().packets || rays.len() < SAMPLE {
+pub fn choose_walk(device: &Arc<Device>, bvh: &Bvh, rays: &[Ray], options: Options) -> Result<Options> {
+    if rays.len() < SAMPLE {
         return Ok(options);
     }
     let mut batch = Batch::new(device, SAMPLE, false)?;
     let middle = (rays.len() - SAMPLE) / 2;
     batch.set(&rays[middle..middle + SAMPLE])?;
-    let time = |coherent: bool| -> Result<f64> {
-        let options = Options { coherent, ..options };
-        // The first is a warm-up: a kernel is compiled at its first dispatch.
-        trace(device, bvh, &batch, options, Timing::Off)?;
-        let mut least = f64::INFINITY;
-        for _ in 0..2 {
-            least = least.min(trace(device, bvh, &batch, options, Timing::Outer)?.device_ms);
+    fastest_walk(device, bvh, &batch, options)
+}
+
+/// The walk that the rays of `batch` are fastest with: the least of three runs each, in turn.
+pub(super) fn fastest_walk(
+    device: &Arc<Device>,
+    bvh: &Bvh,
+    batch: &Batch,
+    options: Options,
+) -> Result<Options> {
+    let walks = Walk::all(device);
+    let mut least = vec![f64::INFINITY; walks.len()];
+    // The first round is a warm-up: a kernel is compiled at its first dispatch.
+    for round in 0..4 {
+        for (walk, least) in walks.iter().zip(&mut least) {
+            let times = trace(device, bvh, batch, Options { walk: *walk, ..options }, Timing::Outer)?;
+            if round > 0 {
+                *least = least.min(times.device_ms);
+            }
         }
-        Ok(least)
-    };
-    Ok(Options { coherent: time(true)? < time(false)?, ..options })
+    }
+    let fastest = walks.iter().zip(least).min_by(|a, b| a.1.total_cmp(&b.1));
+    Ok(fastest.map_or(options, |(walk, _)| Options { walk: *walk, ..options }))
 }
 
 /// Traces untimed, and finds how many rays a submit may have. A software driver has no watchdog: whole batches.

@@ -3,9 +3,7 @@
 
 use super::ploc::RawTree;
 use super::{Build, Result};
-use crate::abi::{
-    COLLAPSED_BIT, CollapseCountArgs, CollapseNumberArgs, SPEC_ITEMS, SPEC_WG, ScanExclusiveArgs,
-};
+use crate::abi::{CollapseCountArgs, CollapseNumberArgs, SPEC_ITEMS, SPEC_WG, ScanExclusiveArgs, WIDTH};
 use crate::device::Buffer;
 use crate::kernels;
 
@@ -15,7 +13,7 @@ pub(super) struct Kept {
     pub packed: Buffer<u32>,
     /// The kept raw nodes, in order.
     pub nodes: Buffer<u32>,
-    /// First triangle of the leaves directly below each.
+    /// First triangle of the leaves among the children of each packed node.
     pub leaf_triangles: Buffer<u32>,
     /// Nodes kept; 0 where the whole scene is one leaf.
     pub count: u32,
@@ -48,7 +46,8 @@ pub(super) fn number(build: &mut Build<'_>, tree: &RawTree) -> Result<Kept> {
         &constants,
         groups,
         CollapseCountArgs {
-            nodes: tree.nodes.ptr(),
+            raw: tree.nodes.ptr(),
+            links: tree.links.ptr(),
             before: before.ptr_mut(),
             sums: sums.ptr_mut(),
             leaf_triangles: kept.leaf_triangles.ptr_mut(),
@@ -83,9 +82,9 @@ pub(super) fn number(build: &mut Build<'_>, tree: &RawTree) -> Result<Kept> {
     let count = all.saturating_sub(tree.count);
     let root = if count == 0 { 0 } else { kept.packed.read_at(tree.root.node as usize)? };
     build.note(format!(
-        "collapse: {count} of {nodes} nodes kept, leaves of up to {} triangles",
+        "collapse: {count} of {nodes} binary nodes kept, of up to {WIDTH} children, leaves of up to {} triangles",
         build.recipe.collapse.max_leaf
     ));
-    debug_assert!(count > 0 || tree.count <= crate::abi::MAX_LEAF, "{COLLAPSED_BIT:x}");
+    debug_assert!(count > 0 || tree.count <= crate::abi::MAX_LEAF);
     Ok(Kept { count, root, ..kept })
 }

@@ -1,4 +1,4 @@
-//! The packed tree: kept nodes as 64-byte lines with both children's boxes, triangles in leaf order.
+//! The packed tree: kept nodes as 64-byte lines of up to four children, triangles in leaf order.
 
 use super::collapse::Kept;
 use super::morton::Space;
@@ -51,6 +51,7 @@ pub(super) fn pack(
             kept.count.div_ceil(tile),
             LayoutNodesArgs {
                 raw: tree.nodes.ptr(),
+                links: tree.links.ptr(),
                 kept: kept.nodes.ptr(),
                 packed: kept.packed.ptr(),
                 leaf_triangles: kept.leaf_triangles.ptr(),

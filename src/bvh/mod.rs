@@ -11,7 +11,7 @@ mod tree;
 pub use recipe::{Collapse, Morton, Recipe};
 pub use tree::{Bvh, Child, HostTree, SceneBuffers, leaf_bits};
 
-use crate::abi::{PlocRoot, RawNode};
+use crate::abi::{PlocRoot, RAW_MASK, RawLink, RawNode};
 use crate::device::{Buffer, Device, DeviceError, Recorder, Times, Timing};
 use std::sync::Arc;
 use std::time::Instant;
@@ -44,13 +44,15 @@ pub struct Stages {
     pub scale: f32,
     /// The binary tree.
     pub nodes: Vec<RawNode>,
+    /// What the node above says of each of its nodes.
+    pub links: Vec<RawLink>,
     /// Its root; none where there is no triangle.
     pub root: Option<PlocRoot>,
     /// The raw nodes that are kept, in order.
     pub kept: Vec<u32>,
     /// Packed index of each raw node; what isn't kept holds anything.
     pub packed: Vec<u32>,
-    /// First triangle of the leaves directly below each raw node, likewise.
+    /// First triangle of the leaves among the children of each packed node, by raw node, likewise.
     pub leaf_triangles: Vec<u32>,
 }
 
@@ -161,7 +163,7 @@ fn run(
     mut stages: Option<&mut Stages>,
 ) -> Result<Built> {
     recipe.check()?;
-    let limit = 1u64 << (31 - leaf_bits(recipe.collapse.max_leaf));
+    let limit = (1u64 << (31 - leaf_bits(recipe.collapse.max_leaf))).min(RAW_MASK.into());
     if scene.count() as u64 > limit {
         let (count, max_leaf) = (scene.count(), recipe.collapse.max_leaf);
         return Err(BuildError::TooMany { count, limit, max_leaf });
@@ -194,6 +196,7 @@ fn run(
     if let Some(s) = &mut stages {
         s.order = order.triangles.read_first(order.count as usize)?;
         s.nodes = tree.nodes.read()?;
+        s.links = tree.links.read()?;
         s.root = (tree.count > 0).then_some(tree.root);
         s.kept = kept.nodes.read_first(kept.count as usize)?;
         s.packed = kept.packed.read()?;

@@ -8,7 +8,7 @@ use super::sort::Order;
 use super::{Build, BuildError, Result};
 use crate::abi::{
     Aabb, Cluster, INVALID, LEAF_BIT, PlocCountArgs, PlocLeavesArgs, PlocMergeArgs, PlocRoot, PlocScanArgs,
-    PlocSearchArgs, PlocSearchLoadsArgs, PlocState, PlocTailArgs, RawNode, SPEC_ITEMS, SPEC_RADIUS, SPEC_WG,
+    PlocSearchArgs, PlocState, PlocTailArgs, RawLink, RawNode, SPEC_ITEMS, SPEC_RADIUS, SPEC_WG,
     TAIL_CLUSTERS,
 };
 use crate::device::{Buffer, Recorder};
@@ -22,6 +22,8 @@ const BATCH: u32 = 64;
 /// A binary tree over Morton ranks.
 pub(super) struct RawTree {
     pub nodes: Buffer<RawNode>,
+    /// One a node.
+    pub links: Buffer<RawLink>,
     /// One.
     pub root_buffer: Buffer<PlocRoot>,
     pub root: PlocRoot,
@@ -61,6 +63,7 @@ pub(super) fn cluster(build: &mut Build<'_>, order: &Order, space: &Space) -> Re
     };
     let tree = RawTree {
         nodes: build.buffer("ploc.nodes", capacity.saturating_sub(1))?,
+        links: build.buffer("ploc.links", capacity.saturating_sub(1))?,
         root_buffer: build.buffer("ploc.root", 1)?,
         root: empty,
         count: n,
@@ -159,13 +162,9 @@ impl Rounds {
         let capacity = self.tree.count;
         let collapse = &build.recipe.collapse;
         let (bounds, state, nearest) = (self.bounds.ptr(), self.state.ptr(), self.nearest.ptr_mut());
-        if self.registers {
-            let args = PlocSearchArgs { bounds, state, nearest, round, capacity };
-            rec.dispatch_indirect(&kernels::PLOC_SEARCH, &self.constants, &self.state, at, args)?;
-        } else {
-            let args = PlocSearchLoadsArgs { bounds, state, nearest, round, capacity };
-            rec.dispatch_indirect(&kernels::PLOC_SEARCH_LOADS, &self.constants, &self.state, at, args)?;
-        }
+        let search = if self.registers { &kernels::PLOC_SEARCH } else { &kernels::PLOC_SEARCH_LOADS };
+        let args = PlocSearchArgs { bounds, state, nearest, round, capacity };
+        rec.dispatch_indirect(search, &self.constants, &self.state, at, args)?;
         let args = PlocCountArgs {
             nearest: self.nearest.ptr(),
             state: self.state.ptr(),
@@ -185,6 +184,7 @@ impl Rounds {
             bounds: self.bounds.ptr_mut(),
             clusters: self.clusters.ptr_mut(),
             nodes: self.tree.nodes.ptr_mut(),
+            links: self.tree.links.ptr_mut(),
             round,
             capacity,
             traversal_cost: collapse.traversal_cost,
@@ -203,6 +203,7 @@ impl Rounds {
             clusters: self.clusters.ptr_shared(),
             state: self.state.ptr(),
             nodes: self.tree.nodes.ptr_shared(),
+            links: self.tree.links.ptr_shared(),
             root: self.tree.root_buffer.ptr_mut(),
             round,
             capacity: self.tree.count,

@@ -1,6 +1,6 @@
 //! A scene on the device, and a packed tree over it.
 
-use crate::abi::{Aabb, LEAF_BIT, Node, TRIANGLE_WORDS};
+use crate::abi::{Aabb, INVALID, LEAF_BIT, Node, TRIANGLE_WORDS};
 use crate::device::{Buffer, Device, Result};
 use crate::scene::Scene;
 use sha2::{Digest, Sha256};
@@ -121,6 +121,17 @@ impl HostTree {
         let low = 31 - self.leaf_bits;
         let count = ((reference & !LEAF_BIT) >> low) + 1;
         Child::Leaf { first: reference & ((1 << low) - 1), count }
+    }
+
+    /// The children of `node` and their boxes' corners, least first, unit space.
+    pub fn children(&self, node: &Node) -> Vec<(Child, [[f64; 3]; 2])> {
+        let plane = |planes: [u32; 3], slot: usize, k: usize| {
+            let step = 2f64.powi((node.exponents >> (8 * k) & 0xff) as i32 - 127);
+            f64::from(node.origin[k]) + f64::from(planes[k] >> (8 * slot) & 0xff) * step
+        };
+        let corner = |planes, slot| std::array::from_fn(|k| plane(planes, slot, k));
+        let there = (0..).zip(node.children).filter(|(_, child)| *child != INVALID);
+        there.map(|(slot, c)| (self.child(c), [corner(node.lo, slot), corner(node.hi, slot)])).collect()
     }
 
     /// Input index of a triangle of the tree.

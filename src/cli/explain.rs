@@ -3,7 +3,7 @@
 use crate::bench::{Counting, Traced};
 use crate::bvh::Built;
 use crate::device::Device;
-use crate::trace::{Options, Precision, Query, kernel_name};
+use crate::trace::{Options, Precision, Query, Walk};
 
 /// What a build did.
 pub(super) fn build(built: &Built) {
@@ -15,18 +15,18 @@ pub(super) fn build(built: &Built) {
 /// What tracing did.
 pub(super) fn trace(device: &Device, options: Options, counting: Counting, traced: &Traced) {
     let say = |sentence: String| eprintln!("explain: {sentence}");
-    let kernel = kernel_name(device, options);
-    say(match (options.coherent, device.shape().packets) {
-        (true, true) => {
-            format!("trace: {kernel}, which a sample of the rays ran faster in, or which suits rays so alike")
-        }
-        (true, false) => {
-            format!("trace: {kernel}, for this device gains nothing by packets, though the rays are alike")
-        }
-        (false, _) => format!(
-            "trace: {kernel}, for neighbouring rays go different ways, or a sample ran slower in packets"
-        ),
-    });
+    let kernel = options.walk.kernel_name();
+    let why = match options.walk {
+        Walk::Single => "an invocation a ray",
+        Walk::Refill => "an invocation takes its next ray as soon as it is done with one",
+        Walk::Packet => "a subgroup walks the tree together",
+    };
+    let others: Vec<&str> =
+        Walk::all(device).iter().filter(|w| **w != options.walk).map(|w| w.kernel_name()).collect();
+    say(format!(
+        "trace: {kernel}, {why}: a sample of the rays was slower with {}, or there are too few to tell",
+        others.join(" and ")
+    ));
     say(match options.query {
         Query::Closest => "trace: nearest hit, with t, u and v".into(),
         Query::Any => {

@@ -5,10 +5,10 @@ use super::check::{self, Checks};
 use super::choices::{PrecisionName, RecipeArgs, RunsArgs};
 use super::files::{self, Output, emit};
 use super::{Global, explain};
-use crate::bench::{Counting, KernelTime, Protocol, Traced, choose_packets, measure_builds, trace_all};
+use crate::bench::{Counting, KernelTime, Protocol, Traced, choose_walk, measure_builds, trace_all};
 use crate::bvh::{Bvh, SceneBuffers};
 use crate::scene::Progress;
-use crate::trace::{Options, Query, is_coherent, kernel_name};
+use crate::trace::{Options, Query, Walk, is_coherent};
 use anyhow::Result;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::path::PathBuf;
@@ -59,7 +59,7 @@ struct Report<'a> {
     build: &'a BuildReport,
     query: &'static str,
     precision: &'static str,
-    coherent: bool,
+    walk: &'static str,
     rays: usize,
     hits: usize,
     trace_ms: f64,
@@ -95,9 +95,9 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     let options = Options {
         query: if args.any { Query::Any } else { Query::Closest },
         precision: args.precision.into(),
-        coherent: is_coherent(&rays, extent(bvh)),
+        walk: Walk::untried(&device, is_coherent(&rays, extent(bvh))),
     };
-    let options = choose_packets(&device, bvh, &rays, options)?;
+    let options = choose_walk(&device, bvh, &rays, options)?;
     let protocol = Protocol { runs, counting: if args.count { Counting::On } else { Counting::Off } };
     let bar = bar(global, rays.len());
     let traced = trace_all(&device, bvh, &rays, options, protocol, &|n| bar.inc(n as u64))?;
@@ -110,7 +110,7 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
 
     let mut kernels = builds.kernels;
     let Traced { submits: count, device: device_ms, wall, .. } = &traced;
-    kernels.push(KernelTime { name: kernel_name(&device, options), count: *count, ms: device_ms.median });
+    kernels.push(KernelTime { name: options.walk.kernel_name(), count: *count, ms: device_ms.median });
     let hits = traced.hits.iter().filter(|h| h.is_hit()).count();
     let mrays_s = device_ms.rate(rays.len()).median;
     global.remark(format_args!(
@@ -138,7 +138,7 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
             Query::Any => "any",
         },
         precision: args.precision.name(),
-        coherent: options.coherent,
+        walk: options.walk.kernel_name(),
         rays: rays.len(),
         hits,
         trace_ms: device_ms.median,

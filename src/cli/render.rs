@@ -12,7 +12,7 @@ use crate::scene::Scene;
 use crate::trace::rays::{
     MOST_SAMPLES, SAMPLES, SECONDARY_BATCH, Secondary, View, pixel_order, primary, secondary,
 };
-use crate::trace::{Batch, Options, Query, trace};
+use crate::trace::{Batch, Options, Query, Walk, trace};
 use anyhow::{Context, Result, bail};
 use glam::{DVec3, Vec3};
 use std::fs;
@@ -155,7 +155,13 @@ impl<'a> Studio<'a> {
         let options = Options { precision: args.precision.into(), ..Options::default() };
         let mut primaries = Batch::new(&device, view.pixels(), false)?;
         primary(&device, &view, &mut primaries, Timing::Off)?;
-        trace(&device, &bvh, &primaries, Options { coherent: true, ..options }, Timing::Off)?;
+        trace(
+            &device,
+            &bvh,
+            &primaries,
+            Options { walk: Walk::untried(&device, true), ..options },
+            Timing::Off,
+        )?;
         let (rays, hits) = (primaries.rays.read()?, primaries.hits.read()?);
         let order = pixel_order(view.width, view.height);
         let up = Vec3::from(view.camera.up).normalize_or(Vec3::Y);

@@ -23,7 +23,9 @@ pub struct Shape {
     pub trace_workgroup: u32,
     /// PLOC's search window in registers, each pair computed once, for radii up to 32; else every neighbour is loaded.
     pub search_in_registers: bool,
-    /// Rays of a coherent batch walk the tree a subgroup at a time.
+    /// Rays that an invocation of `trace/refill` takes, one after the other.
+    pub refill: u32,
+    /// Whether packets may pay: rays that walk the tree a subgroup at a time.
     pub packets: bool,
     /// Threads that workgroups are dealt to; 1 on a GPU.
     pub threads: u32,
@@ -48,6 +50,7 @@ impl Shape {
             single_workgroup: subgroup.max(8),
             trace_workgroup: 64,
             search_in_registers: true,
+            refill: 16,
             packets: true,
             threads: threads.max(1),
         }
@@ -64,6 +67,7 @@ impl Shape {
             single_workgroup: max_workgroup.min(512),
             trace_workgroup: 64,
             search_in_registers: false,
+            refill: 4,
             packets: false,
             threads: 1,
         }

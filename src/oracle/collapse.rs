@@ -1,7 +1,7 @@
 //! Twin of `glsl/collapse/*.comp`: which nodes the packed tree keeps, and where they and their leaves' triangles go.
 
 use super::ploc::RawTree;
-use crate::abi::{COLLAPSED_BIT, INVALID, LEAF_BIT};
+use crate::abi::{ABSORBED_BIT, Aabb, COLLAPSED_BIT, INVALID, LEAF_BIT, RAW_MASK, RawNode};
 
 /// What `collapse/number` writes, and the sums.
 #[derive(Debug, Clone)]
@@ -10,7 +10,7 @@ pub struct Kept {
     pub nodes: Vec<u32>,
     /// Packed index of each raw node, or [`INVALID`].
     pub packed: Vec<u32>,
-    /// First triangle of the leaves directly below each.
+    /// First triangle of the leaves among the children of each packed node.
     pub leaf_triangles: Vec<u32>,
     /// Nodes kept; 0 where the whole scene is one leaf.
     pub count: u32,
@@ -18,35 +18,51 @@ pub struct Kept {
     pub root: u32,
 }
 
+/// Whether a raw node's child is a leaf of the packed tree.
+pub fn is_leaf(child: u32) -> bool {
+    child & (LEAF_BIT | COLLAPSED_BIT) != 0
+}
+
+/// Whether a raw node's child is absorbed by it.
+pub fn is_absorbed(child: u32) -> bool {
+    child & (LEAF_BIT | COLLAPSED_BIT | ABSORBED_BIT) == ABSORBED_BIT
+}
+
+/// Children of the packed node of a raw node, left to right, with their boxes: those of absorbed nodes in their place.
+pub fn children(tree: &RawTree, node: u32) -> Vec<(u32, Aabb)> {
+    let RawNode { left_bounds, right_bounds, left, right } = tree.nodes[node as usize];
+    let expand = |(child, bounds)| {
+        if is_absorbed(child) { children(tree, child & RAW_MASK) } else { vec![(child, bounds)] }
+    };
+    [(left, left_bounds), (right, right_bounds)].into_iter().flat_map(expand).collect()
+}
+
 /// Triangles of `child` where it is a leaf of the packed tree, else 0.
 fn leaf_count(tree: &RawTree, child: u32) -> u32 {
     if child >= LEAF_BIT {
         return 1;
     }
-    let count = tree.nodes[child as usize].count;
-    if count & COLLAPSED_BIT != 0 { count & !COLLAPSED_BIT } else { 0 }
+    if is_leaf(child) { tree.links[(child & RAW_MASK) as usize].count & RAW_MASK } else { 0 }
 }
 
-/// Keeps what a walk from the root reaches without entering a collapsed node; numbers it in order.
+/// Keeps what a walk from the root reaches without entering a collapsed node, and is not absorbed; numbers it in order.
 pub fn number(tree: &RawTree) -> Kept {
     let mut kept = vec![false; tree.nodes.len()];
-    let mut stack = vec![tree.root.node];
+    let whole = tree.nodes.is_empty() || tree.links[tree.root.node as usize].count & COLLAPSED_BIT != 0;
+    let mut stack = if whole { vec![] } else { vec![tree.root.node] };
     while let Some(node) = stack.pop() {
-        if node >= LEAF_BIT || tree.nodes[node as usize].count & COLLAPSED_BIT != 0 {
-            continue;
-        }
         kept[node as usize] = true;
-        stack.extend([tree.nodes[node as usize].left, tree.nodes[node as usize].right]);
+        stack.extend(children(tree, node).iter().map(|(child, _)| *child).filter(|child| !is_leaf(*child)));
     }
     let mut result = Kept { nodes: vec![], packed: vec![], leaf_triangles: vec![], count: 0, root: 0 };
     let mut triangle = 0;
-    for (i, (node, kept)) in (0..).zip(tree.nodes.iter().zip(&kept)) {
+    for (i, kept) in (0..).zip(&kept) {
         result.packed.push(if *kept { result.count } else { INVALID });
         result.leaf_triangles.push(triangle);
         if *kept {
             result.nodes.push(i);
             result.count += 1;
-            triangle += leaf_count(tree, node.left) + leaf_count(tree, node.right);
+            triangle += children(tree, i).iter().map(|(child, _)| leaf_count(tree, *child)).sum::<u32>();
         }
     }
     if result.count > 0 {

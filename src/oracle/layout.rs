@@ -1,13 +1,11 @@
 //! Twin of `glsl/layout/*.comp`: the packed tree.
 
-use super::collapse::Kept;
+use super::collapse::{Kept, children, is_leaf};
 use super::morton::Space;
-use super::ploc::RawTree;
-use crate::abi::{Aabb, COLLAPSED_BIT, INVALID, LEAF_BIT, Node, TRIANGLE_WORDS};
+use super::ploc::{RawTree, merged};
+use crate::abi::{Aabb, COLLAPSED_BIT, INVALID, LEAF_BIT, Node, RAW_MASK, TRIANGLE_WORDS};
 use crate::bvh::{HostTree, leaf_bits};
 use crate::scene::Scene;
-
-const EMPTY: Aabb = Aabb { lo: [3.4e38; 3], hi: [-3.4e38; 3] };
 
 struct Packer<'a> {
     scene: &'a Scene,
@@ -41,19 +39,50 @@ impl Packer<'_> {
             self.pack_triangle(child & !LEAF_BIT, to);
             return 1;
         }
-        let node = self.tree.nodes[child as usize];
+        let node = self.tree.nodes[(child & RAW_MASK) as usize];
         let left = self.pack_leaf(node.left, to);
         left + self.pack_leaf(node.right, to + left)
     }
 
-    fn pack_child(&mut self, child: u32, to: &mut u32) -> u32 {
-        if child < LEAF_BIT && self.tree.nodes[child as usize].count & COLLAPSED_BIT == 0 {
-            return self.kept.packed[child as usize];
+    /// The packed node of `children`, left to right, the triangles of whose leaves go from place `to` on.
+    fn pack_node(&mut self, children: &[(u32, Aabb)], mut to: u32) -> Node {
+        let bounds = children.iter().skip(1).fold(children[0].1, |all, (_, b)| merged(&all, b));
+        let exponents: [u32; 3] = std::array::from_fn(|k| step_exponent(bounds.lo[k], bounds.hi[k]));
+        // Steps a unit.
+        let steps = exponents.map(|e| f32::from_bits((254 - e) << 23));
+        let mut node = Node {
+            origin: bounds.lo,
+            exponents: exponents[0] | exponents[1] << 8 | exponents[2] << 16,
+            lo: [u32::MAX; 3],
+            hi: [0; 3],
+            children: [INVALID; 4],
+            pad: [0; 2],
+        };
+        for (slot, (child, bounds)) in children.iter().enumerate() {
+            for (k, step) in steps.iter().enumerate() {
+                let lo = (bounds.lo[k] - node.origin[k]) * step;
+                let hi = (bounds.hi[k] - node.origin[k]) * step;
+                node.lo[k] ^= (255 ^ lo.floor() as u32) << (8 * slot);
+                node.hi[k] |= (hi.ceil() as u32) << (8 * slot);
+            }
+            node.children[slot] = if is_leaf(*child) {
+                let count = self.pack_leaf(*child, to);
+                to += count;
+                self.leaf_reference(to - count, count)
+            } else {
+                self.kept.packed[*child as usize]
+            };
         }
-        let count = self.pack_leaf(child, *to);
-        *to += count;
-        self.leaf_reference(*to - count, count)
+        node
     }
+}
+
+/// Biased exponent of the least power of two of which 255 steps reach from `lo` to `hi`; at least 27.
+fn step_exponent(lo: f32, hi: f32) -> u32 {
+    let extent = hi - lo;
+    let exponent = (extent.to_bits() >> 23).max(34) - 7;
+    let steps = extent * f32::from_bits((254 - exponent) << 23);
+    exponent + u32::from(steps.ceil() > 255.0)
 }
 
 /// Packs what is kept of `tree`, over the triangles of `order`.
@@ -72,24 +101,11 @@ pub fn pack(
     let mut packer = Packer { scene, order, scale: space.scale, tree, kept, triangles, leaf_bits };
     let mut nodes = vec![];
     if kept.count == 0 {
-        let count = packer.pack_leaf(tree.root.node, 0);
-        let (left, right) = (packer.leaf_reference(0, count), packer.leaf_reference(0, 1));
-        nodes.push(Node { left_bounds: tree.root.bounds, right_bounds: EMPTY, left, right, pad: [0; 2] });
+        let whole = tree.root.node | if tree.root.node < LEAF_BIT { COLLAPSED_BIT } else { 0 };
+        nodes.push(packer.pack_node(&[(whole, tree.root.bounds)], 0));
     }
-    for (i, node) in tree.nodes.iter().enumerate() {
-        if kept.packed[i] == INVALID {
-            continue;
-        }
-        let mut to = kept.leaf_triangles[i];
-        let left = packer.pack_child(node.left, &mut to);
-        let right = packer.pack_child(node.right, &mut to);
-        nodes.push(Node {
-            left_bounds: node.left_bounds,
-            right_bounds: node.right_bounds,
-            left,
-            right,
-            pad: [0; 2],
-        });
+    for i in &kept.nodes {
+        nodes.push(packer.pack_node(&children(tree, *i), kept.leaf_triangles[*i as usize]));
     }
     HostTree { nodes, triangles: packer.triangles, root: kept.root, leaf_bits }
 }

@@ -2,7 +2,10 @@
 //! does its last rounds in one dispatch, or searches with registers, is of no concern here: the tree is the same.
 
 use super::morton::{Space, greatest_of, least_of, triangle_bounds};
-use crate::abi::{Aabb, COLLAPSED_BIT, Cluster, INVALID, LEAF_BIT, PlocRoot, RawNode};
+use crate::abi::{
+    ABSORBED_BIT, Aabb, COLLAPSED_BIT, Cluster, INVALID, LEAF_BIT, PlocRoot, RAW_MASK, RawLink, RawNode,
+    SLOTS_SHIFT, WIDTH,
+};
 use crate::bvh::Collapse;
 use crate::scene::Scene;
 
@@ -11,6 +14,8 @@ use crate::scene::Scene;
 pub struct RawTree {
     /// Inner nodes, one fewer than triangles.
     pub nodes: Vec<RawNode>,
+    /// What the node above says of each.
+    pub links: Vec<RawLink>,
     /// What `ploc/tail` writes.
     pub root: PlocRoot,
 }
@@ -80,36 +85,78 @@ pub fn search(bounds: &[Aabb], radius: u32) -> Vec<u32> {
     nearest
 }
 
-/// The cluster of two and its node.
+fn triangles_of(c: &Cluster) -> u32 {
+    c.count & RAW_MASK
+}
+
+/// Children that the packed node of a cluster has; 1: it is a leaf.
+fn slots_of(c: &Cluster) -> u32 {
+    (c.count >> SLOTS_SHIFT) + 1
+}
+
+/// Which of two children's packed nodes go up into their parent's.
+fn absorbed_of([slots_a, slots_b]: [u32; 2], area_a: f32, area_b: f32) -> [bool; 2] {
+    let [a, b] = [slots_a, slots_b].map(|slots| slots > 1 && slots < WIDTH);
+    if a && b && slots_a + slots_b > WIDTH {
+        let a = area_a >= area_b;
+        return [a, !a];
+    }
+    [a, b]
+}
+
+/// What the parent holds of a cluster: the bits beside its node, or its count.
+fn bits_of(c: &Cluster, absorbed: bool) -> u32 {
+    if c.node >= LEAF_BIT {
+        0
+    } else if slots_of(c) == 1 {
+        COLLAPSED_BIT
+    } else if absorbed {
+        ABSORBED_BIT
+    } else {
+        0
+    }
+}
+
+/// The cluster of two and its node, which it adds to `tree`.
 fn merge(
+    tree: &mut RawTree,
     (box_a, a): (&Aabb, &Cluster),
     (box_b, b): (&Aabb, &Cluster),
     collapse: &Collapse,
-) -> (Aabb, Cluster, RawNode) {
+) -> (Aabb, Cluster) {
     let bounds = merged(box_a, box_b);
-    let count = a.count + b.count;
+    let count = triangles_of(a) + triangles_of(b);
     let area = half_area(&bounds);
     let inner = collapse.traversal_cost * area + (a.cost + b.cost);
     let leaf = (collapse.triangle_cost * area) * count as f32;
     let collapsed = count <= collapse.max_leaf && leaf < inner;
     let cost = if collapsed { leaf } else { inner };
-    let cluster = Cluster { node: b.rank - 1, rank: a.rank, count, cost };
-    let node = RawNode {
+    let slots = [slots_of(a), slots_of(b)];
+    let absorbed = absorbed_of(slots, half_area(box_a), half_area(box_b));
+    let slots: u32 = (0..2).map(|k| if absorbed[k] { slots[k] } else { 1 }).sum();
+    let beside = if collapsed { 0 } else { (slots - 1) << SLOTS_SHIFT };
+    let cluster = Cluster { node: b.rank - 1, rank: a.rank, count: count | beside, cost };
+    let bits = [bits_of(a, absorbed[0]), bits_of(b, absorbed[1])];
+    tree.nodes[cluster.node as usize] = RawNode {
         left_bounds: *box_a,
         right_bounds: *box_b,
-        left: a.node,
-        right: b.node,
-        count: count | if collapsed { COLLAPSED_BIT } else { 0 },
-        parent: INVALID,
+        left: a.node | bits[0],
+        right: b.node | bits[1],
     };
-    (bounds, cluster, node)
+    for (child, bits) in [a, b].into_iter().zip(bits) {
+        if child.node < LEAF_BIT {
+            let count = triangles_of(child) | bits;
+            tree.links[child.node as usize] = RawLink { count, parent: cluster.node };
+        }
+    }
+    (bounds, cluster)
 }
 
 /// `ploc/count`, `ploc/scan` and `ploc/merge`: pairs that name each other become one, the rest go on, in order.
 fn round(
+    tree: &mut RawTree,
     bounds: &[Aabb],
     clusters: &[Cluster],
-    nodes: &mut [RawNode],
     radius: u32,
     collapse: &Collapse,
 ) -> (Vec<Aabb>, Vec<Cluster>) {
@@ -124,15 +171,7 @@ fn round(
         }
         let (mut box_of, mut cluster) = (bounds[i], clusters[i]);
         if mutual {
-            let (a, b) = (clusters[i], clusters[j]);
-            let node;
-            (box_of, cluster, node) = merge((&bounds[i], &a), (&bounds[j], &b), collapse);
-            nodes[cluster.node as usize] = node;
-            for child in [a.node, b.node] {
-                if child < LEAF_BIT {
-                    nodes[child as usize].parent = cluster.node;
-                }
-            }
+            (box_of, cluster) = merge(tree, (&bounds[i], &clusters[i]), (&bounds[j], &clusters[j]), collapse);
         }
         next.0.push(box_of);
         next.1.push(cluster);
@@ -149,15 +188,24 @@ pub fn cluster(
     collapse: &Collapse,
 ) -> Option<RawTree> {
     let (mut bounds, mut clusters) = leaves(scene, order, space, collapse);
-    let mut nodes: Vec<RawNode> = vec![bytemuck::Zeroable::zeroed(); order.len().saturating_sub(1)];
-    let mut rounds = 0;
+    let inner = order.len().saturating_sub(1);
+    let root = PlocRoot { node: INVALID, rounds: 0, stalled: 0, cost: 0.0, bounds: *bounds.first()? };
+    let mut tree = RawTree {
+        nodes: vec![bytemuck::Zeroable::zeroed(); inner],
+        links: vec![bytemuck::Zeroable::zeroed(); inner],
+        root,
+    };
     while clusters.len() > 1 {
         let count = clusters.len();
-        (bounds, clusters) = round(&bounds, &clusters, &mut nodes, radius, collapse);
-        assert!(clusters.len() < count, "round {rounds} merged none of {count} clusters");
-        rounds += 1;
+        (bounds, clusters) = round(&mut tree, &bounds, &clusters, radius, collapse);
+        assert!(clusters.len() < count, "round {} merged none of {count} clusters", tree.root.rounds);
+        tree.root.rounds += 1;
     }
-    let (bounds, cluster) = (*bounds.first()?, clusters.first()?);
-    let root = PlocRoot { node: cluster.node, rounds, stalled: 0, cost: cluster.cost, bounds };
-    Some(RawTree { nodes, root })
+    let (bounds, cluster) = (bounds[0], clusters[0]);
+    if cluster.node < LEAF_BIT {
+        let count = triangles_of(&cluster) | bits_of(&cluster, false);
+        tree.links[cluster.node as usize] = RawLink { count, parent: INVALID };
+    }
+    tree.root = PlocRoot { node: cluster.node, cost: cluster.cost, bounds, ..tree.root };
+    Some(tree)
 }

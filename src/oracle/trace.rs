@@ -1,8 +1,8 @@
-//! Twin of `glsl/trace/single.comp` with the robust test; `trace/packet` gives the same hits. Signs that the kernel
+//! Twin of `glsl/trace/single.comp` with the robust test; the other kernels give the same hits. Signs that the kernel
 //! takes from integers are taken from f64 here, in which a product of two f32 is exact.
 
 use super::morton::{Space, greatest_of, least_of};
-use crate::abi::{Aabb, Hit, INVALID, LEAF_BIT, Ray, TRIANGLE_WORDS, Tests};
+use crate::abi::{Hit, INVALID, LEAF_BIT, Node, Ray, TRIANGLE_WORDS, Tests};
 use crate::bvh::{Child, HostTree};
 
 type V3 = [f32; 3];
@@ -103,14 +103,32 @@ pub fn prepare(ray: &Ray, space: &Space) -> Setup {
     }
 }
 
-/// Where the ray enters a box; none where it passes by, or not within t_min and `limit`.
-fn enter(s: &Setup, b: &Aabb, limit: f32) -> Option<f32> {
-    let plane = |k: usize, near: bool| if (s.inverse[k] < 0.0) == near { b.hi[k] } else { b.lo[k] };
-    let n: V3 = std::array::from_fn(|k| plane(k, true) * s.inverse[k] + s.near[k]);
-    let f: V3 = std::array::from_fn(|k| plane(k, false) * s.inverse[k] + s.far[k]);
-    let enter = greatest_of(greatest_of(n[0], n[1]), greatest_of(n[2], s.t_min));
-    let leave = least_of(least_of(f[0], f[1]), least_of(f[2], limit));
-    (enter <= leave).then_some(enter)
+/// At least this sorts a child that the ray passes by.
+const MISSED: i32 = 0x7f80_0000;
+
+/// What sorts the children of a node: the bits of the t where the ray enters, the low two the child's number.
+fn meet_children(s: &Setup, n: &Node, t_max: f32) -> [i32; 4] {
+    let exponent = |k: usize| n.exponents >> (8 * k) & 0xff;
+    let stride: V3 = std::array::from_fn(|k| f32::from_bits(exponent(k) << 23) * s.inverse[k]);
+    let near: V3 = std::array::from_fn(|k| n.origin[k] * s.inverse[k] + s.near[k]);
+    let far: V3 = std::array::from_fn(|k| n.origin[k] * s.inverse[k] + s.far[k]);
+    std::array::from_fn(|slot| {
+        let plane = |k: usize, near: bool| {
+            let planes = if (s.inverse[k] < 0.0) == near { n.hi[k] } else { n.lo[k] };
+            (planes >> (8 * slot) & 0xff) as f32
+        };
+        let e: V3 = std::array::from_fn(|k| plane(k, true) * stride[k] + near[k]);
+        let l: V3 = std::array::from_fn(|k| plane(k, false) * stride[k] + far[k]);
+        let enter = greatest_of(greatest_of(e[0], e[1]), greatest_of(e[2], s.t_min));
+        let leave = least_of(least_of(l[0], l[1]), least_of(l[2], t_max));
+        let met = enter <= leave && n.children[slot] != INVALID;
+        (if met { enter.to_bits() as i32 } else { MISSED }) & !3 | slot as i32
+    })
+}
+
+/// t where a child is entered, or a little less.
+fn entered(key: i32) -> f32 {
+    f32::from_bits((if key < 0 { key | 3 } else { key & !3 }) as u32)
 }
 
 /// Which side the perturbed origin (ε, ε²) has of an edge p → q through the origin [Edelsbrunner90].
@@ -249,8 +267,12 @@ impl Tree<'_> {
         mut leaf: impl FnMut(u32, &mut Nearest) -> bool,
     ) -> Tests {
         let mut tests = Tests { boxes: 0, triangles: 0 };
-        let mut stack = vec![if s.valid { self.tree.root } else { INVALID }];
-        while let Some(node) = stack.pop().filter(|node| *node != INVALID) {
+        let mut stack =
+            if s.valid { vec![(f32::NEG_INFINITY.to_bits() as i32, self.tree.root)] } else { vec![] };
+        while let Some((key, node)) = stack.pop() {
+            if node == INVALID || entered(key) > nearest.t {
+                continue;
+            }
             if node >= LEAF_BIT {
                 let Child::Leaf { first, count } = self.tree.child(node) else { continue };
                 for place in first..first + count {
@@ -262,14 +284,11 @@ impl Tree<'_> {
                 continue;
             }
             let n = &self.tree.nodes[node as usize];
-            tests.boxes += 2;
-            match (enter(s, &n.left_bounds, nearest.t), enter(s, &n.right_bounds, nearest.t)) {
-                (Some(left), Some(right)) if right < left => stack.extend([n.left, n.right]),
-                (Some(_), Some(_)) => stack.extend([n.right, n.left]),
-                (Some(_), None) => stack.push(n.left),
-                (None, Some(_)) => stack.push(n.right),
-                (None, None) => {}
-            }
+            tests.boxes += n.children.iter().filter(|child| **child != INVALID).count() as u32;
+            let mut keys = meet_children(s, n, nearest.t);
+            keys.sort_unstable();
+            let met = keys.iter().rev().filter(|key| **key < MISSED);
+            stack.extend(met.map(|key| (*key, n.children[(key & 3) as usize])));
         }
         tests
     }

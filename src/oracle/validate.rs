@@ -1,16 +1,16 @@
 //! What must hold of a packed tree, checked from the bytes that tracing reads, and what the tree is like.
 //!
 //! Every triangle that can be hit lies in one leaf, and no other does; leaves hold at most what was asked for; boxes
-//! contain what is below them; every node is reached once; the claimed depth and cost are true.
+//! contain every triangle below them; every node is reached once; the claimed depth and cost can be true.
 
-use crate::abi::{Aabb, INVALID, Node, TRIANGLE_WORDS};
+use crate::abi::{Aabb, INVALID, TRIANGLE_WORDS};
 use crate::bvh::{Bvh, Child, Collapse, HostTree};
 use crate::scene::Scene;
 
 /// Relative difference of the claimed cost, an f32 sum of a million terms in tree order, from the f64 one.
 const COST_TOLERANCE: f64 = 1e-4;
-/// How far a triangle may stick out of its leaf's box, in units of the tree's reach: an ulp, for box corners are
-/// corners less the anchor, rounded once.
+/// How far a triangle may stick out of a box, in units of the tree's reach: an ulp, for a box's corners are corners less
+/// the anchor, rounded, and so is their distance from its node's.
 const ULP: f64 = 1.0 / (1u32 << 23) as f64;
 
 /// What a build says of its tree.
@@ -45,7 +45,7 @@ impl Claims {
 /// What a sound tree is like. Areas are over the area of the scene's box.
 #[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
 pub struct Stats {
-    /// Nodes of two children; 1 where the whole scene is one leaf.
+    /// Packed nodes, of two to four children; of one where the whole scene is one leaf.
     pub nodes: usize,
     /// Leaves.
     pub leaves: usize,
@@ -53,7 +53,9 @@ pub struct Stats {
     pub triangles: usize,
     /// Triangles that can't be hit.
     pub left_out: usize,
-    /// Sum of the inner nodes' areas, the root's 1 among them.
+    /// Sum of the packed nodes' areas, the root's 1 among them: those that a ray is expected to visit.
+    pub node_area: f64,
+    /// Sum of the areas of the binary tree's inner nodes, as its cost has it.
     pub inner_area: f64,
     /// Sum of the leaves' areas.
     pub leaf_area: f64,
@@ -61,7 +63,7 @@ pub struct Stats {
     pub triangles_per_leaf: f64,
     /// Levels of nodes.
     pub depth: u32,
-    /// Expected cost of a ray that meets the scene's box.
+    /// Expected cost of a ray that meets the scene's box, of the binary tree: the one claimed.
     pub sah: f64,
     /// Bytes of nodes and triangles.
     pub bytes: u64,
@@ -146,21 +148,15 @@ pub enum Invalid {
         /// What is wrong with it.
         why: &'static str,
     },
-    /// A box that doesn't contain its child's boxes.
-    #[error("node {node}: a child's box sticks out of it by {gap:e}")]
-    NodeSticksOut {
+    /// A box that doesn't contain a triangle below it.
+    #[error(
+        "node {node}: a triangle below child {slot} sticks out of its box by {gap:e} (allowed: {allowed:e})"
+    )]
+    SticksOut {
         /// Which.
         node: u32,
-        /// How far, unit space.
-        gap: f64,
-    },
-    /// A leaf's box that doesn't contain a triangle.
-    #[error("node {node}: triangle {triangle} sticks out of its leaf by {gap:e} (allowed: {allowed:e})")]
-    TriangleSticksOut {
-        /// The leaf's parent.
-        node: u32,
-        /// Input index.
-        triangle: u32,
+        /// Its child.
+        slot: usize,
         /// How far, unit space.
         gap: f64,
         /// Rounding's share.
@@ -174,11 +170,13 @@ pub enum Invalid {
         /// Claimed.
         claimed: u32,
     },
-    /// A cost that isn't the tree's.
-    #[error("the tree's cost is {sah}, and {claimed} is claimed")]
+    /// A cost that can't be the tree's.
+    #[error("the tree's cost is between {least} and {most}, and {claimed} is claimed")]
     Cost {
-        /// Cost.
-        sah: f64,
+        /// With packed nodes of one binary node each, all others as small as may be.
+        least: f64,
+        /// With all binary nodes of a packed node as large as it.
+        most: f64,
         /// Claimed.
         claimed: f64,
     },
@@ -197,23 +195,26 @@ fn is_hittable([a, b, c]: [[f32; 3]; 3]) -> bool {
     [a, b, c].iter().flatten().all(|x| x.is_finite()) && a != b && b != c && c != a
 }
 
+/// Corners of a box, least first.
+type Box64 = [[f64; 3]; 2];
+
+const EMPTY: Box64 = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+
 /// Half the surface area.
-fn half_area(b: &Aabb) -> f64 {
-    let e: [f64; 3] = std::array::from_fn(|k| f64::from(b.hi[k]) - f64::from(b.lo[k]));
+fn half_area(b: &Box64) -> f64 {
+    let e: [f64; 3] = std::array::from_fn(|k| b[1][k] - b[0][k]);
     e[0] * e[1] + e[1] * e[2] + e[2] * e[0]
 }
 
-/// How far `inner` sticks out of `outer`; 0 where it doesn't. NaN sticks out infinitely.
-fn sticks_out(inner: &Aabb, outer: &Aabb) -> f64 {
-    let gaps = (0..3).flat_map(|k| [(outer.lo[k], inner.lo[k]), (inner.hi[k], outer.hi[k])]);
-    let gap =
-        |(low, high): (f32, f32)| if low <= high { 0.0 } else { (f64::from(low) - f64::from(high)).abs() };
-    gaps.map(gap).fold(0.0, |worst, g| if g.is_nan() { f64::INFINITY } else { g.max(worst) })
+/// The common box.
+fn merged(a: &Box64, b: &Box64) -> Box64 {
+    [std::array::from_fn(|k| a[0][k].min(b[0][k])), std::array::from_fn(|k| a[1][k].max(b[1][k]))]
 }
 
-/// Whether a child is there: the second one of a scene in one leaf has an empty box.
-fn is_there(b: &Aabb) -> bool {
-    (0..3).all(|k| b.lo[k] <= b.hi[k] || b.lo[k].is_nan() || b.hi[k].is_nan())
+/// How far `inner` sticks out of `outer`, negative where it doesn't. NaN sticks out infinitely.
+fn sticks_out(inner: &Box64, outer: &Box64) -> f64 {
+    let gaps = (0..3).flat_map(|k| [outer[0][k] - inner[0][k], inner[1][k] - outer[1][k]]);
+    gaps.fold(f64::NEG_INFINITY, |worst, g| if g.is_nan() { f64::INFINITY } else { g.max(worst) })
 }
 
 /// Checks `tree` over `scene`.
@@ -232,7 +233,7 @@ pub fn validate(scene: &Scene, tree: &HostTree, claims: &Claims) -> Result<Stats
     }
     let mut walk = Walk::new(scene, tree, claims, hittable);
     if count > 0 {
-        walk.all()?;
+        walk.node(tree.root, tree.root, 0)?;
     }
     walk.finish(left_out)
 }
@@ -246,6 +247,9 @@ struct Walk<'a> {
     wanted: Vec<bool>,
     reached: Vec<bool>,
     stats: Stats,
+    /// What the cost is at least and at most.
+    cost: [f64; 2],
+    leaf_cost: f64,
     scale: f64,
     scene_area: f64,
 }
@@ -259,74 +263,68 @@ impl<'a> Walk<'a> {
             wanted,
             reached: vec![false; tree.nodes.len()],
             stats: Stats::default(),
+            cost: [0.0; 2],
+            leaf_cost: 0.0,
             scale: 2f64.powi(claims.exponent),
-            scene_area: half_area(&claims.bounds),
+            scene_area: half_area(&[claims.bounds.lo, claims.bounds.hi].map(|p| p.map(f64::from))),
         }
     }
 
-    /// Visits everything below the root.
-    fn all(&mut self) -> Result<(), Invalid> {
-        let root = self.tree.root;
-        let mut stack = vec![(root, root, self.claims.bounds, 0)];
-        while let Some((parent, index, bounds, level)) = stack.pop() {
-            let node = *self.node(parent, index)?;
-            self.stats.depth = self.stats.depth.max(level + 1);
-            let one_leaf = !is_there(&node.right_bounds);
-            if one_leaf {
-                self.stats.nodes += 1;
-            } else {
-                self.inner(&bounds, level);
-            }
-            for (child_bounds, child) in [(node.left_bounds, node.left), (node.right_bounds, node.right)] {
-                if !is_there(&child_bounds) {
-                    continue;
-                }
-                let gap = sticks_out(&child_bounds, &bounds);
-                if gap > 0.0 {
-                    return Err(Invalid::NodeSticksOut { node: index, gap });
-                }
-                match self.tree.child(child) {
-                    Child::Node(child) => stack.push((index, child, child_bounds, level + 1)),
-                    Child::Leaf { first, count } => {
-                        self.leaf(index, first, count, &child_bounds)?;
-                        self.add_area(level + u32::from(!one_leaf), &child_bounds);
-                    }
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// The node, not seen before.
-    fn node(&mut self, parent: u32, index: u32) -> Result<&'a Node, Invalid> {
+    /// Visits everything below node `index`; returns the box of its triangles.
+    fn node(&mut self, parent: u32, index: u32, level: u32) -> Result<Box64, Invalid> {
         let nodes = self.tree.nodes.len();
         let node = self.tree.nodes.get(index as usize);
         let node = node.ok_or(Invalid::NoSuchNode { parent, child: index, nodes })?;
         if std::mem::replace(&mut self.reached[index as usize], true) {
             return Err(Invalid::Twice(index));
         }
-        Ok(node)
+        // Before its children: no path is longer than there are levels, whatever the tree.
+        self.stats.depth = self.stats.depth.max(level + 1);
+        if self.stats.depth > self.claims.depth {
+            return Err(Invalid::Depth { depth: self.stats.depth, claimed: self.claims.depth });
+        }
+        let children = self.tree.children(node);
+        let one_leaf = children.len() == 1;
+        let mut bounds = EMPTY;
+        for (slot, (child, child_bounds)) in children.iter().enumerate() {
+            let below = match *child {
+                Child::Node(child) => self.node(index, child, level + 1)?,
+                Child::Leaf { first, count } => {
+                    let below = self.leaf(index, first, count)?;
+                    self.add_area(level + u32::from(!one_leaf), &below);
+                    below
+                }
+            };
+            let (gap, allowed) = (sticks_out(&below, child_bounds), f64::from(self.claims.reach) * ULP);
+            if gap > allowed {
+                return Err(Invalid::SticksOut { node: index, slot, gap, allowed });
+            }
+            bounds = merged(&bounds, &below);
+        }
+        self.stats.nodes += 1;
+        if !one_leaf {
+            let share = self.share(&bounds);
+            let cost = f64::from(self.claims.collapse.traversal_cost) * share;
+            self.stats.node_area += share;
+            self.cost[0] += cost;
+            self.cost[1] += cost * (children.len() as f64 - 1.0);
+            self.add_area(level, &bounds);
+        }
+        Ok(bounds)
     }
 
-    fn share(&self, b: &Aabb) -> f64 {
+    fn share(&self, b: &Box64) -> f64 {
         if self.scene_area > 0.0 { half_area(b) / self.scene_area } else { 0.0 }
     }
 
-    fn add_area(&mut self, level: u32, b: &Aabb) {
+    fn add_area(&mut self, level: u32, b: &Box64) {
         let levels = &mut self.stats.area_by_level;
         levels.resize(levels.len().max(level as usize + 1), 0.0);
         self.stats.area_by_level[level as usize] += self.share(b);
     }
 
-    fn inner(&mut self, b: &Aabb, level: u32) {
-        let share = self.share(b);
-        self.stats.nodes += 1;
-        self.stats.inner_area += share;
-        self.stats.sah += f64::from(self.claims.collapse.traversal_cost) * share;
-        self.add_area(level, b);
-    }
-
-    fn leaf(&mut self, node: u32, first: u32, count: u32, b: &Aabb) -> Result<(), Invalid> {
+    /// The box of a leaf's triangles.
+    fn leaf(&mut self, node: u32, first: u32, count: u32) -> Result<Box64, Invalid> {
         let Collapse { max_leaf, triangle_cost, .. } = self.claims.collapse;
         let triangles = self.tree.triangles.len() / TRIANGLE_WORDS as usize;
         let (from, end) = (u64::from(first), u64::from(first) + u64::from(count));
@@ -336,19 +334,23 @@ impl<'a> Walk<'a> {
         if end > triangles as u64 {
             return Err(Invalid::LeafRange { node, first: from, end, triangles });
         }
-        for slot in from..end {
-            self.triangle(node, slot as usize, b)?;
+        let mut bounds = EMPTY;
+        for place in from..end {
+            bounds = merged(&bounds, &self.triangle(node, place as usize)?);
         }
-        let share = self.share(b);
+        let share = self.share(&bounds);
+        let cost = f64::from(triangle_cost) * share * f64::from(count);
         self.stats.leaves += 1;
         self.stats.triangles += count as usize;
         self.stats.leaf_area += share;
-        self.stats.sah += f64::from(triangle_cost) * share * f64::from(count);
-        Ok(())
+        self.cost = self.cost.map(|c| c + cost);
+        self.leaf_cost += cost;
+        Ok(bounds)
     }
 
-    fn triangle(&mut self, node: u32, slot: usize, b: &Aabb) -> Result<(), Invalid> {
-        let triangle = self.tree.input_index(slot);
+    /// The box of the triangle at `place`.
+    fn triangle(&mut self, node: u32, place: usize) -> Result<Box64, Invalid> {
+        let triangle = self.tree.input_index(place);
         let wrong = |why| Err(Invalid::TriangleWrong { node, triangle, why });
         let Some(wanted) = self.wanted.get_mut(triangle as usize) else {
             return wrong("is not in the scene");
@@ -360,8 +362,8 @@ impl<'a> Walk<'a> {
         if !std::mem::replace(wanted, false) {
             return Err(Invalid::TriangleTwice(triangle));
         }
-        let words = &self.tree.triangles[slot * TRIANGLE_WORDS as usize..];
-        let allowed = f64::from(self.claims.reach) * ULP;
+        let words = &self.tree.triangles[place * TRIANGLE_WORDS as usize..];
+        let mut bounds = EMPTY;
         for (k, x) in corners.as_flattened().iter().enumerate() {
             let exact = f64::from(*x) * self.scale;
             // A power of two scales exactly; devices may make a subnormal 0.
@@ -371,12 +373,10 @@ impl<'a> Walk<'a> {
             }
             let axis = k % 3;
             let at = exact - f64::from(self.claims.anchor[axis]);
-            let gap = (f64::from(b.lo[axis]) - at).max(at - f64::from(b.hi[axis]));
-            if gap.is_nan() || gap > allowed {
-                return Err(Invalid::TriangleSticksOut { node, triangle, gap, allowed });
-            }
+            bounds[0][axis] = bounds[0][axis].min(at);
+            bounds[1][axis] = bounds[1][axis].max(at);
         }
-        Ok(())
+        Ok(bounds)
     }
 
     /// What can be said once all was seen.
@@ -390,14 +390,15 @@ impl<'a> Walk<'a> {
             let unreached = self.reached.iter().filter(|r| !**r).count();
             return Err(Invalid::Unreached { unreached, nodes, first });
         }
-        let stats = &mut self.stats;
-        if stats.depth > self.claims.depth {
-            return Err(Invalid::Depth { depth: stats.depth, claimed: self.claims.depth });
-        }
         let claimed = self.claims.sah;
-        if (stats.sah - claimed).abs() > COST_TOLERANCE * stats.sah || claimed.is_nan() {
-            return Err(Invalid::Cost { sah: stats.sah, claimed });
+        let [least, most] = self.cost;
+        if !(least * (1.0 - COST_TOLERANCE) <= claimed && claimed <= most * (1.0 + COST_TOLERANCE)) {
+            return Err(Invalid::Cost { least, most, claimed });
         }
+        let stats = &mut self.stats;
+        stats.sah = claimed;
+        stats.inner_area =
+            ((claimed - self.leaf_cost) / f64::from(self.claims.collapse.traversal_cost)).max(0.0);
         stats.left_out = left_out;
         stats.triangles_per_leaf = stats.triangles as f64 / stats.leaves.max(1) as f64;
         stats.bytes = size_of_val(&self.tree.nodes[..]) as u64 + size_of_val(&self.tree.triangles[..]) as u64;

@@ -6,12 +6,12 @@ pub mod rays;
 pub use coherence::is_coherent;
 
 use crate::abi::{
-    Hit, PtrMut, Ray, SPEC_ANY, SPEC_COUNT, SPEC_LEAF_BITS, SPEC_ROBUST, SPEC_STACK, SPEC_WG, Tests,
-    TracePacketArgs, TraceSingleArgs,
+    Hit, PtrMut, Ray, SPEC_ANY, SPEC_COUNT, SPEC_ITEMS, SPEC_LEAF_BITS, SPEC_ROBUST, SPEC_STACK, SPEC_WG,
+    Tests, TraceArgs, WIDTH,
 };
 use crate::bvh::Bvh;
 use crate::device::{Buffer, Device, DeviceError, Recorder, Result, Times, Timing};
-use crate::kernels;
+use crate::kernels::{self, Kernel};
 use std::sync::Arc;
 
 /// Rays that one dispatch takes at most (the seed's batch).
@@ -46,8 +46,50 @@ pub struct Options {
     pub query: Query,
     /// Which triangle test.
     pub precision: Precision,
-    /// Whether neighbouring rays go much the same way; lets devices that gain by it trace packets.
-    pub coherent: bool,
+    /// Which kernel.
+    pub walk: Walk,
+}
+
+/// How rays share a subgroup. All give the same hits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Walk {
+    /// An invocation walks the tree with one ray.
+    #[default]
+    Single,
+    /// An invocation takes another ray when it is done with one: for rays that have little in common.
+    Refill,
+    /// A subgroup walks the tree together: for rays that go much the same way, on devices where fetching a node for
+    /// each lane is dear.
+    Packet,
+}
+
+impl Walk {
+    /// Those that may pay on `device`.
+    pub fn all(device: &Device) -> &'static [Walk] {
+        if device.shape().packets {
+            &[Walk::Single, Walk::Refill, Walk::Packet]
+        } else {
+            &[Walk::Single, Walk::Refill]
+        }
+    }
+
+    /// What to take untried, by whether neighbouring rays go much the same way.
+    pub fn untried(device: &Device, coherent: bool) -> Self {
+        if coherent && device.shape().packets { Walk::Packet } else { Walk::Single }
+    }
+
+    fn kernel(self) -> &'static Kernel<TraceArgs> {
+        match self {
+            Walk::Single => &kernels::TRACE_SINGLE,
+            Walk::Refill => &kernels::TRACE_REFILL,
+            Walk::Packet => &kernels::TRACE_PACKET,
+        }
+    }
+
+    /// The kernel's name.
+    pub fn kernel_name(self) -> &'static str {
+        self.kernel().name
+    }
 }
 
 /// Rays and their results on the device.
@@ -87,16 +129,18 @@ impl Batch {
     }
 }
 
-/// Entries of the stack for a tree of `depth` levels: few sizes, so that few pipelines are made.
+/// Entries of the stack for `bvh`. A node on the way down leaves all its children but one, and what waits holds a
+/// triangle at least. In steps, so that few pipelines are made; drivers may fill a stack with zeros for every ray.
 ///
 /// # Errors
 /// [`DeviceError::Limit`] for a tree deeper than any stack.
-fn stack_size(depth: u32) -> Result<u32> {
-    if depth > MAX_STACK {
-        let (wanted, limit) = (depth.into(), MAX_STACK.into());
-        return Err(DeviceError::Limit { what: "levels of the tree".into(), wanted, limit });
+fn stack_size(bvh: &Bvh) -> Result<u32> {
+    let entries = bvh.depth.saturating_mul(WIDTH - 1).min(bvh.triangle_count);
+    if entries > MAX_STACK {
+        let (wanted, limit) = (entries.into(), MAX_STACK.into());
+        return Err(DeviceError::Limit { what: "entries of a ray's stack".into(), wanted, limit });
     }
-    Ok(depth.next_power_of_two().max(64))
+    Ok(entries.next_multiple_of(32).max(64))
 }
 
 /// Traces the rays of `batch`; counts tests where it has room for them.
@@ -115,21 +159,14 @@ pub fn trace(
     rec.submit()
 }
 
-/// The kernel that `options` ask for on this device, by name.
-pub fn kernel_name(device: &Device, options: Options) -> &'static str {
-    if options.coherent && device.shape().packets {
-        kernels::TRACE_PACKET.name
-    } else {
-        kernels::TRACE_SINGLE.name
-    }
-}
-
 fn record(rec: &mut Recorder, bvh: &Bvh, batch: &Batch, options: Options) -> Result<()> {
     let device = rec.device().clone();
     let shape = device.shape();
+    let items = if options.walk == Walk::Refill { shape.refill } else { 1 };
     let constants = [
         (SPEC_WG, shape.trace_workgroup),
-        (SPEC_STACK, stack_size(bvh.depth)?),
+        (SPEC_ITEMS, items),
+        (SPEC_STACK, stack_size(bvh)?),
         (SPEC_LEAF_BITS, bvh.leaf_bits),
         (SPEC_ANY, (options.query == Query::Any).into()),
         (SPEC_COUNT, batch.tests.is_some().into()),
@@ -137,42 +174,19 @@ fn record(rec: &mut Recorder, bvh: &Bvh, batch: &Batch, options: Options) -> Res
     ];
     let count = batch.count as u32;
     // Dealing workgroups out in turn wants as many of them as threads divide.
-    let groups = count.div_ceil(shape.trace_workgroup).next_multiple_of(shape.threads);
-    let tests = batch.tests.as_ref().map_or(PtrMut::new(0), Buffer::ptr_mut);
-    let (rays, hits, triangles) = (batch.rays.ptr(), batch.hits.ptr_mut(), bvh.triangles.ptr().cast());
-    let Bvh { root, exponent, anchor, reach, .. } = *bvh;
-    let threads = shape.threads;
-    if options.coherent && shape.packets {
-        let nodes = bvh.nodes.ptr();
-        let args = TracePacketArgs {
-            rays,
-            nodes,
-            triangles,
-            hits,
-            tests,
-            count,
-            root,
-            exponent,
-            anchor,
-            reach,
-            threads,
-        };
-        rec.dispatch(&kernels::TRACE_PACKET, &constants, groups, args)
-    } else {
-        let nodes = bvh.nodes.ptr();
-        let args = TraceSingleArgs {
-            rays,
-            nodes,
-            triangles,
-            hits,
-            tests,
-            count,
-            root,
-            exponent,
-            anchor,
-            reach,
-            threads,
-        };
-        rec.dispatch(&kernels::TRACE_SINGLE, &constants, groups, args)
-    }
+    let groups = count.div_ceil(items * shape.trace_workgroup).next_multiple_of(shape.threads);
+    let args = TraceArgs {
+        rays: batch.rays.ptr(),
+        nodes: bvh.nodes.ptr(),
+        triangles: bvh.triangles.ptr().cast(),
+        hits: batch.hits.ptr_mut(),
+        tests: batch.tests.as_ref().map_or(PtrMut::new(0), Buffer::ptr_mut),
+        count,
+        root: bvh.root,
+        exponent: bvh.exponent,
+        anchor: bvh.anchor,
+        reach: bvh.reach,
+        threads: shape.threads,
+    };
+    rec.dispatch(options.walk.kernel(), &constants, groups, args)
 }

@@ -5,9 +5,11 @@
 use crate::gpu::quiet;
 use crate::matrix::{assert_twin, build, max_leaf};
 use crate::soup::{grid, random, scene};
-use boxwood::abi::COLLAPSED_BIT;
+use boxwood::abi::{INVALID, LEAF_BIT, RAW_MASK, WIDTH};
 use boxwood::bvh::{self, Child, Collapse, Recipe, SceneBuffers};
 use boxwood::device::Timing;
+use boxwood::oracle::collapse::{children, is_leaf};
+use boxwood::oracle::ploc;
 
 #[test]
 fn no_leaf_is_larger_than_asked() {
@@ -25,8 +27,8 @@ fn no_leaf_is_larger_than_asked() {
             let mut largest = 0;
             let mut triangles = 0;
             for node in &tree.nodes {
-                for child in [node.left, node.right] {
-                    if let Child::Leaf { count, .. } = tree.child(child) {
+                for (child, _) in tree.children(node) {
+                    if let Child::Leaf { count, .. } = child {
                         largest = largest.max(count);
                         triangles += count;
                     }
@@ -48,43 +50,56 @@ fn one_leaf_is_a_tree() {
         let (built, _) = assert_twin("one leaf", &device, &scene(&random(n, 0.5, 3)), &recipe);
         let tree = built.bvh.read().unwrap();
         assert_eq!((tree.nodes.len(), tree.root), (1, 0));
-        assert_eq!(tree.child(tree.nodes[0].left), Child::Leaf { first: 0, count: n as u32 });
+        assert_eq!(tree.children(&tree.nodes[0])[0].0, Child::Leaf { first: 0, count: n as u32 });
     }
 }
 
 #[test]
-fn the_heuristic_is_the_cheapest_cut() {
-    // A node's cost as the twin sums it, from below, equals the cost counted over the kept tree.
+fn the_cost_is_that_of_the_kept_tree() {
+    // A node's cost as the twin sums it, from below, equals the cost counted over the tree from its root.
     let soup = scene(&random(1500, 0.4, 4));
     let recipe = Recipe::default();
-    let twin = boxwood::oracle::build(&soup, &recipe);
-    let (tree, kept) = twin.raw.unwrap();
-    let area = |b: &boxwood::abi::Aabb| f64::from(boxwood::oracle::ploc::half_area(b));
+    let (tree, _) = boxwood::oracle::build(&soup, &recipe).raw.unwrap();
     let c = recipe.collapse;
-    let mut cost = 0.0;
-    let mut leaf = |child: u32, b| {
-        let count = if child >= boxwood::abi::LEAF_BIT {
-            1
-        } else {
-            let count = tree.nodes[child as usize].count;
-            if count & COLLAPSED_BIT == 0 {
-                return;
-            }
-            count & !COLLAPSED_BIT
-        };
-        cost += f64::from(c.triangle_cost) * area(b) * f64::from(count);
-    };
-    let mut inner = 0.0;
-    for (node, packed) in tree.nodes.iter().zip(&kept.packed) {
-        if *packed != boxwood::abi::INVALID {
-            inner += f64::from(c.traversal_cost)
-                * area(&boxwood::oracle::ploc::merged(&node.left_bounds, &node.right_bounds));
-            leaf(node.left, &node.left_bounds);
-            leaf(node.right, &node.right_bounds);
+    let (mut cost, mut stack) = (0.0, vec![(tree.root.node, tree.root.bounds)]);
+    while let Some((child, bounds)) = stack.pop() {
+        let area = f64::from(ploc::half_area(&bounds));
+        let at = (child & RAW_MASK) as usize;
+        if is_leaf(child) {
+            let count = if child >= LEAF_BIT { 1 } else { tree.links[at].count & RAW_MASK };
+            cost += f64::from(c.triangle_cost) * area * f64::from(count);
+            continue;
         }
+        cost += f64::from(c.traversal_cost) * area;
+        let node = &tree.nodes[at];
+        stack.extend([(node.left, node.left_bounds), (node.right, node.right_bounds)]);
     }
-    let all = cost + inner;
-    assert!((all / f64::from(tree.root.cost) - 1.0).abs() < 1e-5, "{all} counted, {} summed", tree.root.cost);
+    assert!(
+        (cost / f64::from(tree.root.cost) - 1.0).abs() < 1e-5,
+        "{cost} counted, {} summed",
+        tree.root.cost
+    );
+}
+
+#[test]
+fn a_packed_node_takes_in_what_it_has_room_for() {
+    for (what, soup) in [("random", scene(&random(3000, 0.05, 6))), ("grid", scene(&grid(3000)))] {
+        let (tree, kept) = boxwood::oracle::build(&soup, &max_leaf(1)).raw.unwrap();
+        let slots = |node: u32| children(&tree, node).len();
+        let mut sum = 0;
+        for node in &kept.nodes {
+            let here = slots(*node);
+            assert!((2..=WIDTH as usize).contains(&here), "{what}: {here} children");
+            sum += here;
+            // A node that stands though it would fit: its parent then prefers another child of it, or is absorbed.
+            let above = tree.links[*node as usize].parent;
+            let room = |above: u32| slots(above) + here - 1 <= WIDTH as usize;
+            assert!(above == INVALID || !room(above), "{what}: node {node} would fit in {above}");
+        }
+        let mean = sum as f64 / kept.nodes.len() as f64;
+        assert!(mean > 3.3, "{what}: {mean} children a node");
+        assert_eq!(sum, kept.nodes.len() - 1 + 3000, "{what}: every node and triangle is some node's child");
+    }
 }
 
 #[test]

@@ -5,56 +5,41 @@
 use crate::gpu::quiet;
 use crate::matrix::{build, max_leaf};
 use crate::soup::{grid, random, scene, sphere};
-use boxwood::abi::{Aabb, TRIANGLE_WORDS};
+use boxwood::abi::TRIANGLE_WORDS;
 use boxwood::bvh::{Bvh, Child, HostTree};
 use boxwood::scene::Scene;
 
-/// Triangles below `child` in order; each within `bounds`, as is each box.
-fn walk(
-    tree: &HostTree,
-    anchor: [f32; 3],
-    child: u32,
-    bounds: &Aabb,
-    triangles: &mut Vec<u32>,
-    depth: &mut u32,
-) {
-    match tree.child(child) {
+/// Places of the triangles below `child`, which must lie within `bounds` but for rounding, and the levels of nodes.
+fn walk(tree: &HostTree, bvh: &Bvh, child: Child, bounds: &[[f64; 3]; 2], places: &mut Vec<u32>) -> u32 {
+    let from = places.len();
+    let levels = match child {
         Child::Leaf { first, count } => {
-            for place in first..first + count {
-                triangles.push(place);
-                let at = (place * TRIANGLE_WORDS) as usize;
-                for k in 0..9 {
-                    let x = f32::from_bits(tree.triangles[at + k]) - anchor[k % 3];
-                    let (lo, hi) = (bounds.lo[k % 3], bounds.hi[k % 3]);
-                    assert!(lo <= x && x <= hi, "triangle {place} sticks out: {lo} <= {x} <= {hi}");
-                }
-            }
+            places.extend(first..first + count);
+            0
         }
         Child::Node(i) => {
-            *depth += 1;
-            let node = &tree.nodes[i as usize];
-            let mut deepest = 0;
-            for (b, child) in [(&node.left_bounds, node.left), (&node.right_bounds, node.right)] {
-                for k in 0..3 {
-                    let (lo, hi) = (bounds.lo[k], bounds.hi[k]);
-                    assert!(
-                        lo <= b.lo[k] && b.hi[k] <= hi,
-                        "node {i}: child {child:#x} sticks out: {b:?} of {bounds:?}"
-                    );
-                }
-                let mut below = *depth;
-                walk(tree, anchor, child, b, triangles, &mut below);
-                deepest = deepest.max(below);
-            }
-            *depth = deepest;
+            let children = tree.children(&tree.nodes[i as usize]);
+            let below = children.iter().map(|(child, b)| walk(tree, bvh, *child, b, places));
+            1 + below.max().unwrap()
+        }
+    };
+    let slack = f64::from(bvh.reach) * f64::from(f32::EPSILON);
+    for place in &places[from..] {
+        let at = (place * TRIANGLE_WORDS) as usize;
+        for k in 0..9 {
+            let x = f64::from(f32::from_bits(tree.triangles[at + k])) - f64::from(bvh.anchor[k % 3]);
+            let (lo, hi) = (bounds[0][k % 3] - slack, bounds[1][k % 3] + slack);
+            assert!(lo <= x && x <= hi, "triangle {place} sticks out of {child:?}: {lo} <= {x} <= {hi}");
         }
     }
+    levels
 }
 
 fn assert_valid(what: &str, scene: &Scene, bvh: &Bvh) {
     let tree = bvh.read().unwrap();
-    let (mut places, mut depth) = (vec![], 0);
-    walk(&tree, bvh.anchor, bvh.root, &bvh.bounds, &mut places, &mut depth);
+    let mut places = vec![];
+    let bounds = [bvh.bounds.lo, bvh.bounds.hi].map(|p| p.map(f64::from));
+    let depth = walk(&tree, bvh, Child::Node(bvh.root), &bounds, &mut places);
     let count = bvh.triangle_count as usize;
     assert!(depth <= bvh.depth, "{what}: {depth} levels, {} said", bvh.depth);
     let mut inputs: Vec<u32> = places.iter().map(|p| tree.input_index(*p as usize)).collect();
@@ -71,7 +56,7 @@ fn assert_valid(what: &str, scene: &Scene, bvh: &Bvh) {
             assert_eq!(tree.triangles[at + k], (x * scale).to_bits(), "{what}: triangle {place}, word {k}");
         }
     }
-    let reach = tree.nodes.iter().flat_map(|n| [n.left_bounds.lo, n.left_bounds.hi]).flatten();
+    let reach = tree.nodes.iter().flat_map(|n| n.origin);
     assert!(reach.fold(0.0, |a, x| f32::max(a, x.abs())) <= bvh.reach, "{what}: reach {}", bvh.reach);
     assert!(tree.nodes.iter().all(|n| n.pad == [0; 2]), "{what}: padding is 0");
 }

@@ -84,12 +84,13 @@ pub fn assert_twin(
     let space = &twin.space;
     let twin_space = (space.scale, space.exponent, space.anchor.map(f32::to_bits), space.reach);
     assert_eq!(device_space, twin_space, "{what}: unit space");
-    let none = || (vec![], None, vec![], vec![], vec![]);
-    let (nodes, root, kept, packed, leaf_triangles) = twin.raw.as_ref().map_or_else(none, |(tree, kept)| {
-        let nodes = kept.nodes.clone();
-        (tree.nodes.clone(), Some(tree.root), nodes, kept.packed.clone(), kept.leaf_triangles.clone())
+    let none = || (vec![], vec![], None, vec![], vec![], vec![]);
+    let raw = twin.raw.clone().map_or_else(none, |(tree, kept)| {
+        (tree.nodes, tree.links, Some(tree.root), kept.nodes, kept.packed, kept.leaf_triangles)
     });
+    let (nodes, links, root, kept, packed, leaf_triangles) = raw;
     first_difference(&format!("{what}: raw node"), &stages.nodes, &nodes);
+    first_difference(&format!("{what}: raw link"), &stages.links, &links);
     first_difference(&format!("{what}: root"), stages.root.as_slice(), root.as_slice());
     first_difference(&format!("{what}: kept node"), &stages.kept, &kept);
     let of_kept = |all: &[u32]| kept.iter().map(|i| all[*i as usize]).collect::<Vec<_>>();

@@ -6,7 +6,7 @@ use crate::gpu::quiet;
 use crate::matrix::{assert_twin, radius};
 use crate::soup::{Random, grid, random, scene};
 use boxwood::abi::{
-    Aabb, INVALID, LEAF_BIT, PlocSearchArgs, PlocSearchLoadsArgs, PlocState, SPEC_ITEMS, SPEC_RADIUS, SPEC_WG,
+    Aabb, INVALID, LEAF_BIT, PlocSearchArgs, PlocState, RAW_MASK, SPEC_ITEMS, SPEC_RADIUS, SPEC_WG,
 };
 use boxwood::bvh::Recipe;
 use boxwood::device::{Buffer, Recorder, Timing};
@@ -67,7 +67,7 @@ fn both_searches_find_the_same_in_either_half() {
                 let args = PlocSearchArgs { bounds, state, nearest, round, capacity };
                 rec.dispatch(&kernels::PLOC_SEARCH, &constants, groups, args).unwrap();
                 let nearest = by_loads.ptr_mut();
-                let args = PlocSearchLoadsArgs { bounds, state, nearest, round, capacity };
+                let args = PlocSearchArgs { nearest, ..args };
                 rec.dispatch(&kernels::PLOC_SEARCH_LOADS, &constants, groups, args).unwrap();
                 rec.submit().unwrap();
                 let twin = ploc::search(half, r);
@@ -99,13 +99,14 @@ fn every_raw_node_has_its_place() {
         let mut seen = BTreeSet::new();
         for (i, node) in tree.nodes.iter().enumerate() {
             for child in [node.left, node.right] {
+                let child = child & (LEAF_BIT | RAW_MASK);
                 assert!(seen.insert(child), "{what}: node {i}: {child:#x} has two parents");
                 if child < LEAF_BIT {
-                    assert_eq!(tree.nodes[child as usize].parent, i as u32, "{what}: parent of {child}");
+                    assert_eq!(tree.links[child as usize].parent, i as u32, "{what}: parent of {child}");
                 }
             }
         }
-        assert_eq!(tree.nodes[tree.root.node as usize].parent, INVALID, "{what}: the root");
+        assert_eq!(tree.links[tree.root.node as usize].parent, INVALID, "{what}: the root");
         assert_eq!(seen.len(), 2 * tree.nodes.len(), "{what}: all but the root have a parent");
     }
 }

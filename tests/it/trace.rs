@@ -13,13 +13,13 @@ use boxwood::oracle::morton::Space;
 use boxwood::oracle::reference::Reference;
 use boxwood::oracle::trace::Tree;
 use boxwood::scene::Scene;
-use boxwood::trace::{Batch, Options, Precision, Query, trace};
+use boxwood::trace::{Batch, Options, Precision, Query, Walk, trace};
 use std::sync::Arc;
 
-const CLOSEST: Options = Options { query: Query::Closest, precision: Precision::Robust, coherent: false };
+const CLOSEST: Options = Options { query: Query::Closest, precision: Precision::Robust, walk: Walk::Single };
 const ANY: Options = Options { query: Query::Any, ..CLOSEST };
-const PACKETS: Options = Options { coherent: true, ..CLOSEST };
-const ANY_PACKETS: Options = Options { coherent: true, ..ANY };
+const PACKETS: Options = Options { walk: Walk::Packet, ..CLOSEST };
+const REFILL: Options = Options { walk: Walk::Refill, ..CLOSEST };
 
 /// A tree on the device and read back.
 struct Traced<'a> {
@@ -56,14 +56,17 @@ impl<'a> Traced<'a> {
         (batch.hits.read().unwrap(), batch.tests.unwrap().read().unwrap())
     }
 
-    /// All four kernels agree with each other and, in t, triangle, u and v, with the twin. Returns the nearest hits.
+    /// All kernels agree with each other and, in t, triangle, u and v, with the twin. Returns the nearest hits.
     fn assert_twin(&self, what: &str, rays: &[Ray]) -> Vec<Hit> {
         let hits = self.hits(rays, CLOSEST);
         let twin: Vec<Hit> = rays.iter().map(|r| self.twin().closest(r).0).collect();
         assert_same_hits(&format!("{what}: device and twin"), rays, &hits, &twin);
-        let packets = self.hits(rays, PACKETS);
-        assert_same_hits(&format!("{what}: single rays and packets"), rays, &hits, &packets);
-        for (kernel, options) in [("single", ANY), ("packets", ANY_PACKETS)] {
+        for options in [PACKETS, REFILL] {
+            let others = self.hits(rays, options);
+            assert_same_hits(&format!("{what}: {:?}", options.walk), rays, &hits, &others);
+        }
+        for walk in [Walk::Single, Walk::Refill, Walk::Packet] {
+            let (kernel, options) = (walk.kernel_name(), Options { walk, ..ANY });
             for (i, any) in self.hits(rays, options).iter().enumerate() {
                 let expected = if hits[i].is_hit() { Hit { t: 0.0, ..Hit::MISS } } else { Hit::MISS };
                 assert_eq!(bits(any), bits(&expected), "{what}: any hit, {kernel}, ray {i}: {:?}", rays[i]);
@@ -212,11 +215,15 @@ fn counts_are_those_of_the_twin() {
         let soup = scene(&random(2000, 0.15, 8));
         let traced = Traced::new(&device, &soup, &recipe);
         let rays = random_rays(2000, 9);
-        for options in [CLOSEST, ANY] {
+        for options in [CLOSEST, ANY, REFILL, Options { walk: Walk::Refill, ..ANY }] {
             let (hits, tests) = traced.counted(&rays, options);
             assert_same_hits("counting changes nothing", &rays, &hits, &traced.hits(&rays, options));
             for (i, r) in rays.iter().enumerate() {
-                let twin = if options == ANY { traced.twin().any(r).1 } else { traced.twin().closest(r).1 };
+                let twin = if options.query == Query::Any {
+                    traced.twin().any(r).1
+                } else {
+                    traced.twin().closest(r).1
+                };
                 let counts = |t: &Tests| (t.boxes, t.triangles);
                 assert_eq!(counts(&tests[i]), counts(&twin), "boxes, triangles: {options:?}, ray {i}: {r:?}");
             }
@@ -440,8 +447,10 @@ fn the_fast_test_is_nearly_right() {
     let rays = random_rays(3000, 26);
     let robust = traced.hits(&rays, CLOSEST);
     let single = traced.hits(&rays, Options { precision: Precision::Fast, ..CLOSEST });
+    let refill = traced.hits(&rays, Options { precision: Precision::Fast, ..REFILL });
     let packets = traced.hits(&rays, Options { precision: Precision::Fast, ..PACKETS });
     assert_same_hits("single rays and packets", &rays, &single, &packets);
+    assert_same_hits("one ray and several", &rays, &single, &refill);
     let agree = |i: &usize| {
         let (a, b) = (robust[*i], single[*i]);
         a.triangle == b.triangle && (a.t == b.t || (a.t - b.t).abs() <= 1e-3 * a.t.abs())

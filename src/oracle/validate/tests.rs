@@ -1,7 +1,7 @@
 #![allow(clippy::unwrap_used)]
 
 use super::*;
-use crate::abi::LEAF_BIT;
+use crate::abi::{LEAF_BIT, Node};
 
 /// Bits of a leaf reference for its count less one.
 const LEAF_BITS: u32 = 1;
@@ -12,6 +12,25 @@ fn leaf(first: u32, count: u32) -> u32 {
 
 fn boxed(lo: f32, hi: f32) -> Aabb {
     Aabb { lo: [lo, 0.0, 0.0], hi: [hi, 1.0, 0.0] }
+}
+
+/// A node whose children lie between `from` and `to` of x, on a grid of 32nds.
+fn node(children: &[(u32, u32, u32)]) -> Node {
+    let mut node = Node {
+        origin: [0.0; 3],
+        exponents: 0x7a_7a_7a,
+        lo: [u32::MAX; 3],
+        hi: [0; 3],
+        children: [INVALID; 4],
+        pad: [0; 2],
+    };
+    for (k, (from, to, child)) in children.iter().enumerate() {
+        let byte = 0xff << (8 * k);
+        node.lo = [(node.lo[0] & !byte) | ((32 * from) << (8 * k)), node.lo[1] & !byte, node.lo[2] & !byte];
+        node.hi = [node.hi[0] | ((32 * to) << (8 * k)), node.hi[1] | (32 << (8 * k)), node.hi[2]];
+        node.children[k] = *child;
+    }
+    node
 }
 
 /// Four triangles side by side along x, one that can't be hit between them: root → (node 0 → (leaf 0, leaf 1), leaf of
@@ -27,12 +46,7 @@ fn sound() -> (Scene, HostTree, Claims) {
         words.extend(scene.corners(t).as_flattened().iter().map(|x| x.to_bits()));
         words.push(t as u32);
     }
-    let node =
-        |left_bounds, right_bounds, left, right| Node { left_bounds, right_bounds, left, right, pad: [0; 2] };
-    let nodes = vec![
-        node(boxed(0.0, 1.0), boxed(1.0, 2.0), leaf(0, 1), leaf(1, 1)),
-        node(boxed(0.0, 2.0), boxed(2.0, 4.0), 0, leaf(2, 2)),
-    ];
+    let nodes = vec![node(&[(0, 1, leaf(0, 1)), (1, 2, leaf(1, 1))]), node(&[(0, 2, 0), (2, 4, leaf(2, 2))])];
     let tree = HostTree { nodes, triangles: words, root: 1, leaf_bits: LEAF_BITS };
     let collapse = Collapse { traversal_cost: 3.0, triangle_cost: 2.0, max_leaf: 2 };
     let claims = Claims {
@@ -60,7 +74,8 @@ fn after(doctor: impl FnOnce(&mut Scene, &mut HostTree, &mut Claims)) -> Result<
 fn a_sound_tree_is_described() {
     let s = after(|_, _, _| {}).unwrap();
     assert_eq!((s.nodes, s.leaves, s.triangles, s.left_out, s.depth), (2, 3, 4, 1, 2));
-    assert_eq!((s.inner_area, s.leaf_area, s.triangles_per_leaf), (1.5, 1.0, 4.0 / 3.0));
+    assert_eq!((s.node_area, s.inner_area, s.leaf_area), (1.5, 1.5, 1.0));
+    assert_eq!(s.triangles_per_leaf, 4.0 / 3.0);
     assert_eq!(s.area_by_level, [1.0, 1.0, 0.5]);
     assert_eq!((s.sah, s.bytes), (7.5, 2 * 64 + 4 * 40));
 }
@@ -76,13 +91,7 @@ fn nothing_and_one_leaf() {
 
     let s = after(|scene, tree, claims| {
         scene.triangles.truncate(2);
-        tree.nodes = vec![Node {
-            left_bounds: boxed(0.0, 2.0),
-            right_bounds: Aabb { lo: [3.4e38; 3], hi: [-3.4e38; 3] },
-            left: leaf(0, 2),
-            right: leaf(0, 1),
-            pad: [0; 2],
-        }];
+        tree.nodes = vec![node(&[(0, 2, leaf(0, 2))])];
         tree.triangles.truncate(20);
         tree.root = 0;
         *claims = Claims { bounds: boxed(0.0, 2.0), sah: 4.0, left_out: 0, depth: 1, ..*claims };
@@ -95,15 +104,18 @@ fn nothing_and_one_leaf() {
 #[test]
 fn references() {
     use Invalid as I;
-    assert_eq!(after(|_, t, _| t.nodes[1].left = 7), Err(I::NoSuchNode { parent: 1, child: 7, nodes: 2 }));
-    assert_eq!(after(|_, t, _| t.nodes[1].left = 1), Err(I::Twice(1)));
+    assert_eq!(
+        after(|_, t, _| t.nodes[1].children[0] = 7),
+        Err(I::NoSuchNode { parent: 1, child: 7, nodes: 2 })
+    );
+    assert_eq!(after(|_, t, _| t.nodes[1].children[0] = 1), Err(I::Twice(1)));
     assert_eq!(
         after(|_, t, _| t.nodes.push(t.nodes[0])),
         Err(I::Unreached { unreached: 1, nodes: 3, first: 2 })
     );
     assert_eq!(after(|_, _, c| c.collapse.max_leaf = 1), Err(I::LeafSize { node: 1, count: 2, max_leaf: 1 }));
     assert_eq!(
-        after(|_, t, _| t.nodes[1].right = leaf(3, 2)),
+        after(|_, t, _| t.nodes[1].children[1] = leaf(3, 2)),
         Err(I::LeafRange { node: 1, first: 3, end: 5, triangles: 4 })
     );
 }
@@ -111,12 +123,12 @@ fn references() {
 #[test]
 fn triangles() {
     use Invalid as I;
-    assert_eq!(after(|_, t, _| t.nodes[0].right = leaf(0, 1)).unwrap_err(), {
+    assert_eq!(after(|_, t, _| t.nodes[0].children[1] = leaf(0, 1)).unwrap_err(), {
         // Its box is another one, but it is the second leaf to hold triangle 0 first of all.
         I::TriangleTwice(0)
     });
     assert_eq!(
-        after(|_, t, _| t.nodes[1].right = leaf(2, 1)),
+        after(|_, t, _| t.nodes[1].children[1] = leaf(2, 1)),
         Err(I::TriangleMissing { missing: 1, first: 4 })
     );
     let wrong = |t: u32, why| Err(I::TriangleWrong { node: 0, triangle: t, why });
@@ -137,21 +149,35 @@ fn triangles() {
 fn boxes() {
     use Invalid as I;
     let rounding = 4.0 * f64::from(f32::EPSILON);
-    let inside = after(|_, t, _| t.nodes[0].left_bounds.hi[1] = 1.0 - f32::EPSILON);
+    let inside = after(|_, t, _| t.nodes[0].origin[0] = 4.0 * f32::EPSILON);
     assert!(inside.is_ok(), "rounding is no fault: {inside:?}");
-    let cut = after(|_, t, _| t.nodes[0].left_bounds.hi[1] = 0.75);
-    assert_eq!(cut, Err(I::TriangleSticksOut { node: 0, triangle: 0, gap: 0.25, allowed: rounding }));
-    assert_eq!(
-        after(|_, t, _| t.nodes[0].left_bounds.lo[2] = -0.5),
-        Err(I::NodeSticksOut { node: 0, gap: 0.5 })
-    );
-    let nan = after(|_, t, _| t.nodes[0].left_bounds.lo[0] = f32::NAN);
-    assert_eq!(nan, Err(I::NodeSticksOut { node: 0, gap: f64::INFINITY }));
+    let out = |node, slot, gap| Err(I::SticksOut { node, slot, gap, allowed: rounding });
+    let cut = after(|_, t, _| t.nodes[0].hi[1] -= 8);
+    assert_eq!(cut, out(0, 0, 0.25));
+    let cut = after(|_, t, _| t.nodes[0].lo[0] += 8 << 8);
+    assert_eq!(cut, out(0, 1, 0.25));
+    // What sticks out of a node's box is seen though its own children's boxes contain it.
+    let cut = after(|_, t, _| t.nodes[1].hi[0] -= 16);
+    assert_eq!(cut, out(1, 0, 0.5));
+    let nan = after(|_, t, _| t.nodes[0].origin[0] = f32::NAN);
+    assert_eq!(nan, out(0, 0, f64::INFINITY));
 }
 
 #[test]
 fn depth_and_cost() {
     assert_eq!(after(|_, _, c| c.depth = 1), Err(Invalid::Depth { depth: 2, claimed: 1 }));
-    assert_eq!(after(|_, _, c| c.sah = 7.6), Err(Invalid::Cost { sah: 7.5, claimed: 7.6 }));
+    let wrong = |claimed| Err(Invalid::Cost { least: 7.5, most: 7.5, claimed });
+    assert_eq!(after(|_, _, c| c.sah = 7.6), wrong(7.6));
+    assert_eq!(after(|_, _, c| c.sah = 7.4), wrong(7.4));
+    assert!(matches!(after(|_, _, c| c.sah = f64::NAN), Err(Invalid::Cost { .. })));
     assert!(after(|_, _, c| c.sah = 7.500_5).is_ok());
+    // Three binary nodes in one, of which two may be of any size up to its own.
+    let wide = |sah| {
+        after(|_, t, c| {
+            t.nodes = vec![node(&[(0, 1, leaf(0, 1)), (1, 2, leaf(1, 1)), (2, 4, leaf(2, 2))])];
+            (t.root, c.depth, c.sah) = (0, 1, sah);
+        })
+    };
+    assert_eq!((wide(6.0).unwrap().inner_area, wide(7.5).unwrap().inner_area), (1.0, 1.5));
+    assert_eq!(wide(9.5), Err(Invalid::Cost { least: 6.0, most: 9.0, claimed: 9.5 }));
 }

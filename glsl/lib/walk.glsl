@@ -1,0 +1,35 @@
+// A ray's way through the tree. Wants the buffers nodes, triangles.
+#include "lib/ray.glsl"
+#include "lib/node.glsl"
+#include "lib/stack.glsl"
+#include "lib/hit.glsl"
+
+// The next child that is not beyond t; INVALID where there is none.
+uint pop_within(float t) {
+    while (top > 0) {
+        uvec2 popped = words_of(stack[--top]);
+        if (ANY != 0 || !(entered(int(popped.x)) > t)) return popped.y;
+    }
+    return INVALID;
+}
+
+// From a node to what comes next: its nearest child that is met, or what waited.
+uint descend(uint node, Setup s, bvec3 negative, Nearest nearest, inout Tests tests) {
+    Node n = LOAD_Node(nodes, node);
+    if (COUNT != 0) tests.boxes += children_of(n);
+    node = push_farther(n, sorted(meet_children(s, negative, n, nearest.t)));
+    return node == INVALID ? pop_within(nearest.t) : node;
+}
+
+// Meets the triangles of a leaf; returns what comes next.
+uint meet_leaf(uint leaf, Setup s, inout Nearest nearest, inout Tests tests) {
+    uint place = leaf_first(leaf);
+    uint end = place + leaf_count(leaf);
+    bool done = false;
+    for (; place < end && !done; ++place) {
+        if (COUNT != 0) tests.triangles += 1;
+        PackedTriangle triangle = LOAD_PackedTriangle(triangles, place);
+        done = meet_triangle(s, triangle, nearest);
+    }
+    return done ? INVALID : pop_within(nearest.t);
+}
