@@ -30,6 +30,12 @@ uint group_index() { return gl_WorkGroupID.x + gl_WorkGroupID.y * gl_NumWorkGrou
 // Index of this invocation in the whole dispatch.
 uint invocation_index() { return group_index() * WG + gl_LocalInvocationID.x; }
 
+// Items of this workgroup one after the other, those of neighbouring invocations side by side: whole cache lines on a
+// GPU, and one stream for a software driver's prefetcher instead of one a lane. Wants ITEMS.
+#define FOR_ITEMS(i, count)                                                                                           \
+    for (uint i = group_index() * WG * ITEMS + gl_LocalInvocationID.x, i##_end = min((group_index() + 1) * WG * ITEMS, count);    \
+         i < i##_end; i += WG)
+
 // Minimum and maximum of numbers: no case for NaN, which min() and max() pay for on some drivers.
 float least_of(float a, float b) { return a < b ? a : b; }
 float greatest_of(float a, float b) { return a > b ? a : b; }

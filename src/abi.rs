@@ -445,8 +445,6 @@ abi! {
         nearest: Ptr<u32>,
         /// One a round.
         state: Ptr<PlocState>,
-        /// Clusters that live on, of the workgroup's invocations before this one.
-        before: PtrMut<u32>,
         /// Clusters that live on, a workgroup.
         sums: PtrMut<u32>,
         /// This round.
@@ -467,8 +465,6 @@ abi! {
     struct PlocMergeArgs {
         /// Key of each cluster's least pair.
         nearest: Ptr<u32>,
-        /// From `ploc/count`.
-        before: Ptr<u32>,
         /// From `ploc/scan`.
         sums: Ptr<u32>,
         /// One a round.
@@ -525,8 +521,6 @@ abi! {
         raw: Ptr<RawNode>,
         /// One a node.
         links: Ptr<RawLink>,
-        /// Nodes kept, of the invocations before this one in the workgroup, and triangles of leaves directly below.
-        before: PtrMut<u32>,
         /// Nodes kept a workgroup, then leaf triangles a workgroup.
         sums: PtrMut<u32>,
         /// Triangles of the leaves that are children of each packed node; [`INVALID`] where the raw node isn't kept.
@@ -540,8 +534,6 @@ abi! {
     }
     @kernel "collapse/number"
     struct CollapseNumberArgs {
-        /// From `collapse/count`.
-        before: Ptr<u32>,
         /// From `collapse/count`, scanned.
         sums: Ptr<u32>,
         /// From `collapse/count`; becomes the first triangle of the leaves below each kept node.

@@ -1,6 +1,5 @@
-// One invocation ITEMS raw nodes: which are kept, and how many triangles the leaves among the children of each packed
-// node have; sums of both over the invocations before (before, two a invocation) and over the workgroup (sums).
-// Reads raw, links.
+// One workgroup WG · ITEMS raw nodes: which are kept, and how many triangles the leaves among the children of each packed
+// node have (leaf_triangles); sums of both over the workgroup (sums). Reads raw, links.
 #include "lib/scan.glsl"
 #include "lib/raw.glsl"
 #include "lib/collapsed.glsl"
@@ -32,10 +31,8 @@ uint leaf_triangles_of(uint node) {
 }
 
 void main() {
-    uint begin = min(invocation_index() * ITEMS, args.count);
-    uint end = min(begin + ITEMS, args.count);
     uint kept = 0, triangles = 0;
-    for (uint i = begin; i < end; ++i) {
+    FOR_ITEMS(i, args.count) {
         uint here = INVALID;
         if (is_kept(i)) {
             here = leaf_triangles_of(i);
@@ -45,8 +42,8 @@ void main() {
         P(leaf_triangles).at[i] = here;
     }
     uint all_kept, all_triangles;
-    P(before).at[2 * invocation_index()] = workgroup_scan(kept, all_kept);
-    P(before).at[2 * invocation_index() + 1] = workgroup_scan(triangles, all_triangles);
+    row_scan(kept, all_kept);
+    row_scan(triangles, all_triangles);
     if (gl_LocalInvocationID.x == 0 && group_index() < args.groups) {
         P(sums).at[group_index()] = all_kept;
         P(sums).at[args.groups + group_index()] = all_triangles;

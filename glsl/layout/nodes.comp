@@ -7,9 +7,7 @@
 layout(constant_id = SPEC_ITEMS) const uint ITEMS = 1;
 
 void main() {
-    uint begin = invocation_index() * ITEMS;
-    uint end = min(begin + ITEMS, args.count);
-    for (uint i = begin; i < end; ++i) {
+    FOR_ITEMS(i, args.count) {
         uint from = P(kept).at[i];
         // The children left to right: those of absorbed nodes in their place. An edge is a raw node and a side; at
         // most three wait.

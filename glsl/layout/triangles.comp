@@ -5,9 +5,7 @@
 layout(constant_id = SPEC_ITEMS) const uint ITEMS = 1;
 
 void main() {
-    uint begin = invocation_index() * ITEMS;
-    uint end = min(begin + ITEMS, args.count);
-    for (uint i = begin; i < end; ++i) {
+    FOR_ITEMS(i, args.count) {
         uint t = P(sequence).at[i];
         Corners corners = LOAD_CORNERS(source, t);
         PackedTriangle packed =

@@ -19,3 +19,20 @@ uint workgroup_scan(uint x, out uint total) {
     total = scan_shared[from + WG - 1];
     return scan_shared[from + me] - x;
 }
+
+// The order of this invocation in its workgroup, as row_scan counts.
+uint lane() { return gl_NumSubgroups == 1 ? gl_SubgroupInvocationID : gl_LocalInvocationID.x; }
+
+// As workgroup_scan, without shared memory where the workgroup is one subgroup, for lane() order.
+uint row_scan(uint x, out uint total) {
+    if (gl_NumSubgroups > 1) return workgroup_scan(x, total);
+    total = subgroupAdd(x);
+    return subgroupExclusiveAdd(x);
+}
+
+uint row_scan(bool x, out uint total) {
+    if (gl_NumSubgroups > 1) return workgroup_scan(uint(x), total);
+    uvec4 votes = subgroupBallot(x);
+    total = subgroupBallotBitCount(votes);
+    return subgroupBallotExclusiveBitCount(votes);
+}

@@ -6,11 +6,9 @@
 layout(constant_id = SPEC_ITEMS) const uint ITEMS = 1;
 
 void main() {
-    uint begin = invocation_index() * ITEMS;
-    uint end = min(begin + ITEMS, args.count);
     vec3 lo = vec3(3.4e38), hi = vec3(-3.4e38);
     uint count = 0;
-    for (uint i = begin; i < end; ++i) {
+    FOR_ITEMS(i, args.count) {
         Corners t = LOAD_CORNERS(triangles, i);
         if (!hittable(t)) continue;
         lo = min(lo, min(t.a, min(t.b, t.c)));

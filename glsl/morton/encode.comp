@@ -25,8 +25,6 @@ uint spread(uint x) {
 }
 
 void main() {
-    uint begin = invocation_index() * ITEMS;
-    uint end = min(begin + ITEMS, args.count);
     vec3 lo, extent;
     for (int k = 0; k < 3; ++k) {
         lo[k] = unordered(P(bounds).at[0].lo[k]);
@@ -36,7 +34,7 @@ void main() {
     // Out of the range where the reciprocal is a normal number: one point, or nothing a float can tell apart.
     float scale = longest > 1e-37 && longest < 1e37 ? reciprocal(longest) : 0.0;
     uint ones = 0, zeros = 0, low_ones = 0, low_zeros = 0;
-    for (uint i = begin; i < end; ++i) {
+    FOR_ITEMS(i, args.count) {
         Corners t = LOAD_CORNERS(triangles, i);
         P(order).at[i] = i;
         if (!hittable(t)) {

@@ -1,5 +1,5 @@
-// One invocation ITEMS clusters: how many of them live on, summed over the invocations before it (before) and over
-// the workgroup (sums). A cluster dies where it is the second of a pair that names each other. Reads nearest, state.
+// One workgroup WG · ITEMS clusters: how many of them live on (sums). A cluster dies where it is the second of a pair
+// that names each other. Reads nearest, state.
 #include "lib/pair.glsl"
 #include "lib/merge.glsl"
 #include "lib/scan.glsl"
@@ -8,10 +8,9 @@ layout(constant_id = SPEC_ITEMS) const uint ITEMS = 1;
 
 void main() {
     uint count = P(state).at[args.round].clusters;
-    uint begin = min(invocation_index() * ITEMS, count);
-    uint end = min(begin + ITEMS, count);
+    uint living = 0;
+    FOR_ITEMS(i, count) living += uint(!dies(i, P(nearest).at[i]));
     uint total;
-    uint before = workgroup_scan(count_living(begin, end), total);
-    P(before).at[invocation_index()] = before;
+    row_scan(living, total);
     if (gl_LocalInvocationID.x == 0) P(sums).at[group_index()] = total;
 }

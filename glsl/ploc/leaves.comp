@@ -6,9 +6,7 @@
 layout(constant_id = SPEC_ITEMS) const uint ITEMS = 1;
 
 void main() {
-    uint begin = invocation_index() * ITEMS;
-    uint end = min(begin + ITEMS, args.count);
-    for (uint i = begin; i < end; ++i) {
+    FOR_ITEMS(i, args.count) {
         uint triangle = P(order).at[i];
         Corners t = LOAD_CORNERS(triangles, triangle);
         // Not min and max: of −0 and +0 they take either, and −0 makes another tree.

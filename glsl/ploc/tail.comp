@@ -3,8 +3,8 @@
 #define MERGE
 #include "lib/pair.glsl"
 #include "lib/search.glsl"
-#include "lib/merge.glsl"
 #include "lib/scan.glsl"
+#include "lib/merge.glsl"
 
 #define SYNC memoryBarrierBuffer(); barrier()
 
@@ -18,12 +18,8 @@ void main() {
         uint from = (rounds & 1u) * args.capacity, to = args.capacity - from;
         for (uint i = me; i < count; i += WG) P(nearest).at[i] = least_key(i, count, from);
         SYNC;
-        uint length = (count + WG - 1) / WG;
-        uint begin = min(me * length, count);
-        uint end = min(begin + length, count);
-        uint total;
-        uint place = workgroup_scan(count_living(begin, end), total);
-        merge_clusters(begin, end, from, to, place);
+        uint total = 0;
+        for (uint row = 0; row < count; row += WG) merge_row(row, count, from, to, total);
         SYNC;
         stalled = uint(total >= count);  // the same in every invocation: total is
         count = total;

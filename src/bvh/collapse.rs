@@ -37,7 +37,6 @@ pub(super) fn number(build: &mut Build<'_>, tree: &RawTree) -> Result<Kept> {
     if nodes == 0 {
         return Ok(kept);
     }
-    let before = build.buffer::<u32>("collapse.before", 2 * (groups * shape.workgroup) as usize)?;
     let sums = build.buffer::<u32>("collapse.sums", 2 * groups as usize)?;
     let total = build.buffer::<u32>("collapse.total", 1)?;
     let mut rec = build.recorder()?;
@@ -48,7 +47,6 @@ pub(super) fn number(build: &mut Build<'_>, tree: &RawTree) -> Result<Kept> {
         CollapseCountArgs {
             raw: tree.nodes.ptr(),
             links: tree.links.ptr(),
-            before: before.ptr_mut(),
             sums: sums.ptr_mut(),
             leaf_triangles: kept.leaf_triangles.ptr_mut(),
             count: nodes,
@@ -67,7 +65,6 @@ pub(super) fn number(build: &mut Build<'_>, tree: &RawTree) -> Result<Kept> {
         &constants,
         groups,
         CollapseNumberArgs {
-            before: before.ptr(),
             sums: sums.ptr(),
             leaf_triangles: kept.leaf_triangles.ptr_mut(),
             packed: kept.packed.ptr_mut(),

@@ -36,7 +36,6 @@ struct Rounds {
     bounds: Buffer<Aabb>,
     clusters: Buffer<Cluster>,
     nearest: Buffer<u32>,
-    before: Buffer<u32>,
     sums: Buffer<u32>,
     state: Buffer<PlocState>,
     tree: RawTree,
@@ -76,7 +75,6 @@ pub(super) fn cluster(build: &mut Build<'_>, order: &Order, space: &Space) -> Re
         bounds: build.buffer("ploc.bounds", 2 * capacity)?,
         clusters: build.buffer("ploc.clusters", 2 * capacity)?,
         nearest: build.buffer("ploc.nearest", capacity)?,
-        before: build.buffer("ploc.before", (groups * shape.workgroup) as usize)?,
         sums: build.buffer("ploc.sums", groups as usize)?,
         state: build.buffer("ploc.state", BATCH as usize + 1)?,
         tree,
@@ -168,7 +166,6 @@ impl Rounds {
         let args = PlocCountArgs {
             nearest: self.nearest.ptr(),
             state: self.state.ptr(),
-            before: self.before.ptr_mut(),
             sums: self.sums.ptr_mut(),
             round,
         };
@@ -178,7 +175,6 @@ impl Rounds {
         rec.dispatch(&kernels::PLOC_SCAN, &[(SPEC_WG, self.single)], 1, args)?;
         let args = PlocMergeArgs {
             nearest: self.nearest.ptr(),
-            before: self.before.ptr(),
             sums: self.sums.ptr(),
             state: self.state.ptr(),
             bounds: self.bounds.ptr_mut(),

@@ -42,12 +42,13 @@ impl Shape {
         let threads = std::thread::available_parallelism().map_or(1, |n| n.get() as u32);
         let threads = std::env::var("LP_NUM_THREADS").ok().and_then(|s| s.parse().ok()).unwrap_or(threads);
         Self {
-            workgroup: subgroup.max(8),
+            // One subgroup: their scans then need no shared memory.
+            workgroup: subgroup.max(4),
             items: 124,
             sort_workgroup: subgroup.max(8),
             sort_items: 1000,
             sort_digit_bits: 8,
-            single_workgroup: subgroup.max(8),
+            single_workgroup: subgroup.max(4),
             trace_workgroup: 64,
             search_in_registers: true,
             refill: 16,
