@@ -1,15 +1,10 @@
 //! Builds, timed: a warm-up, runs with outer stamps only, and one more with a stamp a kernel (which costs time itself).
 
-use super::{KernelTime, Result, Spread, by_kernel, settled};
+use super::stats::warm_up;
+use super::{KernelTime, Result, Spread, by_kernel};
 use crate::bvh::{Built, Recipe, SceneBuffers, build};
 use crate::device::{Device, Timing};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
-
-/// Warm-up builds at most.
-const WARM_UPS: usize = 8;
-/// No further warm-up build is begun after this.
-const WARM_UP_TIME: Duration = Duration::from_secs(2);
 
 /// What building one scene took.
 #[derive(Debug)]
@@ -34,7 +29,7 @@ pub fn measure_builds(
     recipe: &Recipe,
     runs: usize,
 ) -> Result<Builds> {
-    warm_up(device, scene, recipe)?;
+    warm_up(|| build(device, scene, recipe, Timing::Outer).map(|b| b.times.device_ms))?;
     let (mut device_ms, mut wall_ms) = (vec![], vec![]);
     for _ in 0..runs {
         let run = build(device, scene, recipe, Timing::Outer)?;
@@ -44,17 +39,4 @@ pub fn measure_builds(
     let built = build(device, scene, recipe, Timing::Kernels)?;
     let kernels = by_kernel(&built.times.passes);
     Ok(Builds { built, device: Spread::of(&device_ms), wall: Spread::of(&wall_ms), kernels })
-}
-
-/// Builds until three runs take the same time.
-///
-/// # Errors
-/// A failed build.
-pub(super) fn warm_up(device: &Arc<Device>, scene: &SceneBuffers, recipe: &Recipe) -> Result<()> {
-    let start = Instant::now();
-    let mut times = vec![];
-    while times.len() < WARM_UPS && !settled(&times) && (times.is_empty() || start.elapsed() < WARM_UP_TIME) {
-        times.push(build(device, scene, recipe, Timing::Outer)?.times.device_ms);
-    }
-    Ok(())
 }

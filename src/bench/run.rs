@@ -1,7 +1,7 @@
 //! The benchmark: first a survey of each scene (warm-up, time by kernel, tests, checks), then rounds, each of which
 //! builds and traces every scene once, so that what else the machine does meets all of them alike.
 
-use super::builds::warm_up;
+use super::stats::warm_up;
 use super::traces::{Pace, fastest_walk};
 use super::{
     Checking, Coverage, KernelTime, Plan, RayKind, Report, Result, SceneReport, SetReport, Spread,
@@ -114,7 +114,8 @@ impl<'a> Bench<'a> {
     fn survey<'s>(&mut self, scene: &'s Scene) -> Result<Case<'s>> {
         let device = self.device;
         let buffers = SceneBuffers::upload(device, scene)?;
-        warm_up(device, &buffers, &self.plan.recipe)?;
+        let recipe = &self.plan.recipe;
+        warm_up(|| build(device, &buffers, recipe, Timing::Outer).map(|b| b.times.device_ms))?;
         let built = build(device, &buffers, &self.plan.recipe, Timing::Kernels)?;
         let Built { bvh, times, scratch_bytes, .. } = &built;
         let tree = bvh.read()?;
@@ -185,6 +186,7 @@ impl<'a> Bench<'a> {
         self.each_batch(case, bvh, kind, |batch| {
             if !chosen {
                 options = fastest_walk(device, bvh, batch, options)?;
+                warm_up(|| trace(device, bvh, batch, options, Timing::Outer).map(|times| times.device_ms))?;
                 chosen = true;
             }
             batch.tests = Some(Buffer::new(device, "trace.tests", batch.rays.len())?);

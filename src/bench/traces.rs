@@ -1,6 +1,6 @@
 //! Rays from the host, traced and timed, however many there are: in submits that no watchdog ends.
 
-use super::{Result, Spread};
+use super::{Result, Spread, stats};
 use crate::abi::{Hit, Ray};
 use crate::bvh::Bvh;
 use crate::device::{Device, Times, Timing};
@@ -138,7 +138,8 @@ pub(super) fn fastest_walk(
     Ok(fastest.map_or(options, |(walk, _)| Options { walk: *walk, ..options }))
 }
 
-/// Traces untimed, and finds how many rays a submit may have. A software driver has no watchdog: whole batches.
+/// Traces untimed, on a software driver until the times settle, and finds how many rays a submit may have: without a
+/// watchdog whole batches.
 fn warm_up(
     device: &Arc<Device>,
     bvh: &Bvh,
@@ -148,7 +149,7 @@ fn warm_up(
 ) -> Result<usize> {
     if device.info().is_cpu() {
         batch.set(&rays[..rays.len().min(BATCH)])?;
-        trace(device, bvh, batch, options, Timing::Outer)?;
+        stats::warm_up(|| trace(device, bvh, batch, options, Timing::Outer).map(|times| times.device_ms))?;
         return Ok(BATCH);
     }
     let mut pace = Pace::default();

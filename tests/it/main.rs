@@ -1,6 +1,7 @@
 //! Integration tests: one binary, so that one device serves all.
 
 mod adversarial;
+mod assisted;
 mod cli;
 mod collapse;
 mod device;
