@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::{env, fs, process};
 
 #[allow(dead_code)]
-#[path = "src/abi.rs"]
+#[path = "src/abi/mod.rs"]
 mod abi;
 
 const GLSL: &str = "glsl";
@@ -18,7 +18,7 @@ const MODES: [(&str, bool); 2] = [("narrow", false), ("wide", true)];
 
 fn main() {
     println!("cargo:rerun-if-changed={GLSL}");
-    println!("cargo:rerun-if-changed=src/abi.rs");
+    println!("cargo:rerun-if-changed=src/abi");
     if Path::new(".git/logs/HEAD").exists() {
         println!("cargo:rerun-if-changed=.git/logs/HEAD");
     }
@@ -47,10 +47,9 @@ fn kernels() -> Result<(), String> {
     let mut constants = String::new();
     let mut all = String::new();
     for (name, path) in sources(Path::new(GLSL))? {
-        let args = abi::STRUCTS
-            .iter()
+        let args = abi::structs()
             .find(|s| s.kernels.contains(&name.as_str()))
-            .ok_or_else(|| format!("{}: src/abi.rs has no struct `@kernel \"{name}\"`", path.display()))?;
+            .ok_or_else(|| format!("{}: src/abi has no struct `@kernel \"{name}\"`", path.display()))?;
         let text = fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
         let stem = name.replace('/', "_");
         for (mode, wide) in MODES {
@@ -82,9 +81,9 @@ fn kernels() -> Result<(), String> {
         "/// Every kernel: its name and its SPIR-V, without and with 64-bit loads.\n\
          pub const ALL: &[(&str, [&[u8]; 2])] = &[\n{all}];"
     );
-    for (s, kernel) in abi::STRUCTS.iter().flat_map(|s| s.kernels.iter().map(move |k| (s, k))) {
+    for (s, kernel) in abi::structs().flat_map(|s| s.kernels.iter().map(move |k| (s, k))) {
         if !Path::new(GLSL).join(format!("{kernel}.comp")).exists() {
-            return Err(format!("src/abi.rs: {} names kernel {kernel}, which glsl/ lacks", s.name));
+            return Err(format!("src/abi: {} names kernel {kernel}, which glsl/ lacks", s.name));
         }
     }
     fs::write(out_dir.join("kernels.rs"), constants).map_err(|e| format!("kernels.rs: {e}"))
@@ -138,7 +137,7 @@ enum Type {
     Pointer { element: String, qualifier: &'static str },
 }
 
-/// What a Rust type of `abi.rs` is in GLSL.
+/// What a Rust type of `abi` is in GLSL.
 fn glsl_type(rust: &str) -> Type {
     let t: String = rust.chars().filter(|c| !c.is_whitespace()).collect();
     let plain = |t: &str| {
@@ -176,7 +175,7 @@ fn elements() -> String {
     for (name, value) in abi::CONSTANTS {
         let _ = writeln!(out, "#define {name} {value}u");
     }
-    for s in abi::STRUCTS.iter().filter(|s| s.kernels.is_empty()) {
+    for s in abi::structs().filter(|s| s.kernels.is_empty()) {
         out += &structure(s);
         if abi::PAIRS.contains(&s.name) {
             out += &pairs(s);
@@ -223,7 +222,7 @@ fn flatten(s: &abi::Struct, path: &str, words: &mut Vec<(String, bool)>) {
     for m in s.members {
         let t: String = m.ty.chars().filter(|c| !c.is_whitespace()).collect();
         let path = format!("{path}.{}", m.name);
-        if let Some(inner) = abi::STRUCTS.iter().find(|s| s.name == t) {
+        if let Some(inner) = abi::structs().find(|s| s.name == t) {
             flatten(inner, &path, words);
             continue;
         }
@@ -292,7 +291,7 @@ fn check_offsets(words: &[u32], kernel: &str, mode: &str) -> Result<(), String> 
     }
     for ((id, index), offset) in &offsets {
         let (Some(name), Some(member)) = (names.get(id), members.get(&(*id, *index))) else { continue };
-        let Some(host) = abi::STRUCTS.iter().find(|s| s.name == name) else { continue };
+        let Some(host) = abi::structs().find(|s| s.name == name) else { continue };
         match host.members.iter().find(|m| m.name == member) {
             Some(m) if m.offset == *offset => {}
             Some(m) => {
@@ -301,7 +300,7 @@ fn check_offsets(words: &[u32], kernel: &str, mode: &str) -> Result<(), String> 
                     m.offset
                 ));
             }
-            None => return Err(format!("{kernel} ({mode}): {name}.{member} is not in src/abi.rs")),
+            None => return Err(format!("{kernel} ({mode}): {name}.{member} is not in src/abi")),
         }
     }
     Ok(())

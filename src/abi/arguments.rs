@@ -1,0 +1,379 @@
+//! The arguments of each kernel.
+
+use super::*;
+
+abi! {
+    /// Push constants of kernels.
+    ARGUMENTS:
+    @kernel "morton/bounds"
+    struct MortonBoundsArgs {
+        /// Corners, nine floats a triangle.
+        triangles: Ptr<Pair>,
+        /// One; lo at the greatest and hi at the least ordered integer, the rest 0.
+        bounds: PtrMut<SceneBounds>,
+        /// Triangles.
+        count: u32,
+    }
+    @kernel "morton/encode"
+    struct MortonEncodeArgs {
+        /// Corners, nine floats a triangle.
+        triangles: Ptr<Pair>,
+        /// One, from `morton/bounds`; gains the live bits.
+        bounds: PtrMut<SceneBounds>,
+        /// Codes: 30 bits, or the upper 31 of 63.
+        keys: PtrMut<u32>,
+        /// Low 32 of 63 bits; not followed where `wide` is 0.
+        low_keys: PtrMut<u32>,
+        /// 0, 1, 2, …
+        order: PtrMut<u32>,
+        /// Triangles.
+        count: u32,
+        /// 1: 63-bit codes.
+        wide: u32,
+    }
+    @kernel "sort/count"
+    struct SortCountArgs {
+        /// Keys.
+        keys: Ptr<u32>,
+        /// How often each digit occurs in each tile, digit-major.
+        counts: PtrMut<u32>,
+        /// Keys.
+        count: u32,
+        /// Lowest bit of the digit.
+        shift: u32,
+        /// Tiles: workgroups.
+        tiles: u32,
+    }
+    @kernel "sort/scatter"
+    struct SortScatterArgs {
+        /// Keys.
+        keys: Ptr<u32>,
+        /// What travels with them.
+        values: Ptr<u32>,
+        /// Where each tile's keys of each digit go, digit-major.
+        offsets: Ptr<u32>,
+        /// Keys in order of the digit, stable.
+        keys_out: PtrMut<u32>,
+        /// Values likewise.
+        values_out: PtrMut<u32>,
+        /// Keys.
+        count: u32,
+        /// Lowest bit of the digit.
+        shift: u32,
+        /// Tiles: workgroups.
+        tiles: u32,
+    }
+    @kernel "sort/gather"
+    struct SortGatherArgs {
+        /// Values of one word.
+        source: Ptr<u32>,
+        /// Which of them, in order.
+        order: Ptr<u32>,
+        /// `source[order[i]]`.
+        gathered: PtrMut<u32>,
+        /// Entries of `order`.
+        count: u32,
+    }
+    @kernel "sort/duplicates"
+    struct SortDuplicatesArgs {
+        /// Sorted keys.
+        keys: Ptr<u32>,
+        /// One: gains the keys that equal their predecessor.
+        duplicates: PtrMut<u32>,
+        /// Keys.
+        count: u32,
+    }
+    @kernel "scan/exclusive"
+    struct ScanExclusiveArgs {
+        /// Numbers; each becomes the sum of those before it.
+        sums: PtrMut<u32>,
+        /// One: the sum of all.
+        total: PtrMut<u32>,
+        /// Numbers.
+        count: u32,
+    }
+    @kernel "ploc/leaves"
+    struct PlocLeavesArgs {
+        /// Corners, nine floats a triangle.
+        triangles: Ptr<Pair>,
+        /// Triangles in Morton order.
+        order: Ptr<u32>,
+        /// Boxes of the clusters, unit space.
+        bounds: PtrMut<Aabb>,
+        /// Clusters.
+        clusters: PtrMut<Cluster>,
+        /// Triangles.
+        count: u32,
+        /// Unit space is scene · `scale` − `anchor`.
+        scale: f32,
+        /// As above.
+        anchor: [f32; 3],
+        /// Cost of a triangle test, c_I.
+        triangle_cost: f32,
+    }
+    @kernel "ploc/search" "ploc/search_loads"
+    struct PlocSearchArgs {
+        /// Boxes of the clusters: `capacity` after an even number of rounds, then `capacity` after an odd one.
+        bounds: Ptr<Aabb>,
+        /// One a round.
+        state: Ptr<PlocState>,
+        /// Key of each cluster's least pair.
+        nearest: PtrMut<u32>,
+        /// This round.
+        round: u32,
+        /// Clusters that one half of `bounds` holds.
+        capacity: u32,
+    }
+    @kernel "ploc/count"
+    struct PlocCountArgs {
+        /// Key of each cluster's least pair.
+        nearest: Ptr<u32>,
+        /// One a round.
+        state: Ptr<PlocState>,
+        /// Clusters that live on, a workgroup.
+        sums: PtrMut<u32>,
+        /// This round.
+        round: u32,
+    }
+    @kernel "ploc/scan"
+    struct PlocScanArgs {
+        /// Clusters that live on, a workgroup; becomes the sum of those before.
+        sums: PtrMut<u32>,
+        /// One a round: the next one is written.
+        state: PtrMut<PlocState>,
+        /// This round.
+        round: u32,
+        /// Clusters that one workgroup of the round's kernels handles.
+        tile: u32,
+    }
+    @kernel "ploc/merge"
+    struct PlocMergeArgs {
+        /// Key of each cluster's least pair.
+        nearest: Ptr<u32>,
+        /// From `ploc/scan`.
+        sums: Ptr<u32>,
+        /// One a round.
+        state: Ptr<PlocState>,
+        /// Boxes of the clusters, two halves: from one to the other.
+        bounds: PtrMut<Aabb>,
+        /// Clusters, two halves likewise.
+        clusters: PtrMut<Cluster>,
+        /// The tree.
+        nodes: PtrMut<RawNode>,
+        /// One a node; the root's stays unwritten.
+        links: PtrMut<RawLink>,
+        /// This round.
+        round: u32,
+        /// Clusters that one half holds.
+        capacity: u32,
+        /// Cost of a box-pair test, c_T.
+        traversal_cost: f32,
+        /// Cost of a triangle test, c_I.
+        triangle_cost: f32,
+        /// Largest leaf.
+        max_leaf: u32,
+    }
+    @kernel "ploc/tail"
+    struct PlocTailArgs {
+        /// Key of each cluster's least pair.
+        nearest: PtrShared<u32>,
+        /// Boxes of the clusters, two halves.
+        bounds: PtrShared<Aabb>,
+        /// Clusters, two halves.
+        clusters: PtrShared<Cluster>,
+        /// One a round.
+        state: Ptr<PlocState>,
+        /// The tree.
+        nodes: PtrShared<RawNode>,
+        /// One a node.
+        links: PtrShared<RawLink>,
+        /// One.
+        root: PtrMut<PlocRoot>,
+        /// The round whose state is the last.
+        round: u32,
+        /// Clusters that one half holds.
+        capacity: u32,
+        /// Cost of a box-pair test, c_T.
+        traversal_cost: f32,
+        /// Cost of a triangle test, c_I.
+        triangle_cost: f32,
+        /// Largest leaf.
+        max_leaf: u32,
+    }
+    @kernel "collapse/count"
+    struct CollapseCountArgs {
+        /// The tree.
+        raw: Ptr<RawNode>,
+        /// One a node.
+        links: Ptr<RawLink>,
+        /// Nodes kept a workgroup, then leaf triangles a workgroup.
+        sums: PtrMut<u32>,
+        /// Triangles of the leaves that are children of each packed node; [`INVALID`] where the raw node isn't kept.
+        leaf_triangles: PtrMut<u32>,
+        /// Raw nodes.
+        count: u32,
+        /// Workgroups.
+        groups: u32,
+        /// Largest leaf.
+        max_leaf: u32,
+    }
+    @kernel "collapse/number"
+    struct CollapseNumberArgs {
+        /// From `collapse/count`, scanned.
+        sums: Ptr<u32>,
+        /// From `collapse/count`; becomes the first triangle of the leaves below each kept node.
+        leaf_triangles: PtrMut<u32>,
+        /// Packed index of each kept node.
+        packed: PtrMut<u32>,
+        /// The kept nodes, in order.
+        kept: PtrMut<u32>,
+        /// Raw nodes.
+        count: u32,
+        /// Workgroups.
+        groups: u32,
+    }
+    @kernel "layout/nodes"
+    struct LayoutNodesArgs {
+        /// The tree.
+        raw: Ptr<RawNode>,
+        /// One a node.
+        links: Ptr<RawLink>,
+        /// The kept nodes, in order.
+        kept: Ptr<u32>,
+        /// Packed index of each kept node.
+        packed: Ptr<u32>,
+        /// First triangle of the leaves below each kept node.
+        leaf_triangles: Ptr<u32>,
+        /// Triangles in Morton order.
+        order: Ptr<u32>,
+        /// The packed tree.
+        nodes: PtrMut<Node>,
+        /// Triangles in leaf order: input indices.
+        sequence: PtrMut<u32>,
+        /// Kept nodes.
+        count: u32,
+    }
+    @kernel "layout/triangles"
+    struct LayoutTrianglesArgs {
+        /// Corners, nine floats a triangle.
+        source: Ptr<Pair>,
+        /// Triangles in leaf order: input indices.
+        sequence: Ptr<u32>,
+        /// The tree's triangles.
+        triangles: PtrMut<PackedTriangle>,
+        /// Triangles.
+        count: u32,
+        /// Unit space is scene · `scale` − anchor.
+        scale: f32,
+    }
+    @kernel "layout/leaf"
+    struct LayoutLeafArgs {
+        /// The tree.
+        raw: Ptr<RawNode>,
+        /// From `ploc/tail`.
+        root: Ptr<PlocRoot>,
+        /// Triangles in Morton order.
+        order: Ptr<u32>,
+        /// The packed tree: one node.
+        nodes: PtrMut<Node>,
+        /// Triangles in leaf order: input indices.
+        sequence: PtrMut<u32>,
+    }
+    @kernel "trace/single" "trace/refill" "trace/packet"
+    struct TraceArgs {
+        /// Rays, scene space.
+        rays: Ptr<Ray>,
+        /// The packed tree.
+        nodes: Ptr<Node>,
+        /// Its triangles.
+        triangles: Ptr<PackedTriangle>,
+        /// Hits, one a ray.
+        hits: PtrMut<Hit>,
+        /// One a ray; not followed where SPEC_COUNT is 0.
+        tests: PtrMut<Tests>,
+        /// Rays.
+        count: u32,
+        /// Root of the packed tree.
+        root: u32,
+        /// Exponent of the power of two that takes scene space to unit space.
+        exponent: i32,
+        /// Unit space is scene · 2^exponent − `anchor`.
+        anchor: [f32; 3],
+        /// Largest coordinate of the tree, unit space.
+        reach: f32,
+        /// Threads that a software driver deals workgroups to; 1 on a GPU.
+        threads: u32,
+    }
+    @kernel "rays/primary"
+    struct RaysPrimaryArgs {
+        /// Whole 8×8 blocks in Morton order, x | y << 16.
+        blocks: Ptr<u32>,
+        /// Rays.
+        rays: PtrMut<Ray>,
+        /// Pixels in a row.
+        width: u32,
+        /// Rows.
+        height: u32,
+        /// Origin of all rays.
+        eye: [f32; 3],
+        /// From the eye to the picture's top left corner.
+        corner: [f32; 3],
+        /// From a pixel to the next in its row.
+        across: [f32; 3],
+        /// From a row to the next.
+        down: [f32; 3],
+    }
+    @kernel "rays/count"
+    struct RaysCountArgs {
+        /// Primaries.
+        rays: Ptr<Ray>,
+        /// What they met.
+        hits: Ptr<Hit>,
+        /// Corners, nine floats a triangle.
+        triangles: Ptr<Pair>,
+        /// Surfaces under each run of primaries.
+        sums: PtrMut<u32>,
+        /// First primary.
+        start: u32,
+        /// Behind the last.
+        end: u32,
+    }
+    @kernel "rays/surface"
+    struct RaysSurfaceArgs {
+        /// Primaries.
+        rays: Ptr<Ray>,
+        /// What they met.
+        hits: Ptr<Hit>,
+        /// Corners, nine floats a triangle.
+        triangles: Ptr<Pair>,
+        /// Surfaces before each run of primaries.
+        sums: Ptr<u32>,
+        /// Surfaces in all; the primary before which `limit` was reached.
+        taken: PtrMut<u32>,
+        /// The first `limit` of them.
+        surfaces: PtrMut<Surface>,
+        /// First primary.
+        start: u32,
+        /// Behind the last.
+        end: u32,
+        /// Surfaces wanted.
+        limit: u32,
+    }
+    @kernel "rays/secondary"
+    struct RaysSecondaryArgs {
+        /// Surfaces that rays leave.
+        surfaces: Ptr<Surface>,
+        /// Points of the unit square, 24-bit fixed point, one a sample.
+        points: Ptr<Pair>,
+        /// From `rays/surface`.
+        taken: Ptr<u32>,
+        /// Rays.
+        rays: PtrMut<Ray>,
+        /// Rays a surface.
+        samples: u32,
+        /// Surfaces wanted.
+        limit: u32,
+        /// Greatest t.
+        t_max: f32,
+    }
+}

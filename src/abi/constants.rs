@@ -1,0 +1,55 @@
+//! Constants under the same names on both sides: markers, bits, and the ids of specialization constants.
+
+macro_rules! constants {
+    ($( $(#[doc = $doc:literal])* $name:ident = $value:expr; )*) => {
+        $( $(#[doc = $doc])* pub const $name: u32 = $value; )*
+        /// Constants under the names that kernels use.
+        pub const CONSTANTS: &[(&str, u32)] = &[ $( (stringify!($name), $name), )* ];
+    };
+}
+
+constants! {
+    /// No triangle, no node, no partner.
+    INVALID = 0xffff_ffff;
+    /// Set in a child reference: the rest names a leaf.
+    LEAF_BIT = 0x8000_0000;
+    /// Set in a raw node's count, and in its parent's reference to it: the surface area heuristic prefers this subtree
+    /// as one leaf.
+    COLLAPSED_BIT = 0x4000_0000;
+    /// Set likewise: the packed node of the parent takes this node's children in its place.
+    ABSORBED_BIT = 0x2000_0000;
+    /// Bits of a raw node's count that count, and of a reference to a raw node that name it.
+    RAW_MASK = 0x0fff_ffff;
+    /// Children of a packed node.
+    WIDTH = 4;
+    /// Lowest bit of what a cluster's count holds beside the triangles.
+    SLOTS_SHIFT = 28;
+    /// Words of a triangle in a packed tree: nine coordinates and the input index.
+    TRIANGLE_WORDS = 10;
+    /// Key of a triangle that can't be hit: sorts behind every Morton code.
+    UNHITTABLE_KEY = 0x8000_0000;
+    /// Clusters at and below which one workgroup runs PLOC's remaining rounds in one dispatch.
+    TAIL_CLUSTERS = 2048;
+    /// Largest triangle count of a leaf.
+    MAX_LEAF = 64;
+
+    // Specialization constants: the id is the value. Every kernel gets its workgroup size as `WG`.
+    /// Workgroup size, invocations.
+    SPEC_WG = 0;
+    /// Consecutive items that one invocation handles.
+    SPEC_ITEMS = 1;
+    /// PLOC search radius, clusters to either side.
+    SPEC_RADIUS = 2;
+    /// Bits of a radix sort digit.
+    SPEC_DIGIT_BITS = 3;
+    /// Entries of the traversal stack.
+    SPEC_STACK = 4;
+    /// Bits of a packed leaf reference that hold its triangle count less one.
+    SPEC_LEAF_BITS = 5;
+    /// 1: any-hit query.
+    SPEC_ANY = 6;
+    /// 1: count box and triangle tests.
+    SPEC_COUNT = 7;
+    /// 1: watertight triangle test with exact signs, 0: Möller–Trumbore.
+    SPEC_ROBUST = 8;
+}

@@ -1,0 +1,160 @@
+//! What buffers hold.
+
+use super::*;
+
+abi! {
+    /// Element types of buffers.
+    ELEMENTS:
+    /// A ray as files hold it: direction of any length but zero, t in units of the direction's length.
+    struct Ray {
+        /// Origin, scene units.
+        origin: [f32; 3],
+        /// Least t that counts as a hit.
+        t_min: f32,
+        /// Direction; need not be unit.
+        direction: [f32; 3],
+        /// Greatest t that counts as a hit; may be +inf.
+        t_max: f32,
+    }
+    /// What a ray met.
+    struct Hit {
+        /// Ray parameter; +inf on a miss; 0 where an any-hit query was occluded.
+        t: f32,
+        /// Triangle in input order, [`INVALID`] on a miss.
+        triangle: u32,
+        /// Barycentric weight of the triangle's second vertex.
+        u: f32,
+        /// Barycentric weight of the triangle's third vertex.
+        v: f32,
+    }
+    /// An axis-aligned box; empty where lo > hi.
+    struct Aabb {
+        /// Least corner.
+        lo: [f32; 3],
+        /// Greatest corner.
+        hi: [f32; 3],
+    }
+    /// What the triangles have in common. Floats as ordered integers: see `ordered` in `glsl/lib/ordered.glsl`.
+    struct SceneBounds {
+        /// Least corner, ordered integers.
+        lo: [u32; 3],
+        /// Greatest corner, ordered integers.
+        hi: [u32; 3],
+        /// Triangles that can be hit.
+        hittable: u32,
+        /// Bits of the (high) Morton codes that are 1 somewhere.
+        ones: u32,
+        /// Bits of the (high) Morton codes that are 0 somewhere.
+        zeros: u32,
+        /// As `ones`, of the low words of 63-bit codes.
+        low_ones: u32,
+        /// As `zeros`, of the low words of 63-bit codes.
+        low_zeros: u32,
+    }
+    /// A cluster of PLOC, beside its box.
+    struct Cluster {
+        /// Raw node, or [`LEAF_BIT`] | Morton rank of a triangle.
+        node: u32,
+        /// Morton rank of the first triangle: unique among live clusters, rising.
+        rank: u32,
+        /// Triangles, and from [`SLOTS_SHIFT`] on one less than the children that a packed node of `node` would have: 0
+        /// for a triangle, or where `node` is collapsed.
+        count: u32,
+        /// Expected cost of the subtree if hit times its half area (not divided by the scene's): \[GOLDSMITH87\].
+        cost: f32,
+    }
+    /// An inner node of the binary tree before collapse and layout.
+    struct RawNode {
+        /// First child's box, unit space.
+        left_bounds: Aabb,
+        /// Second child's box, unit space.
+        right_bounds: Aabb,
+        /// First child: raw node, with [`COLLAPSED_BIT`] and [`ABSORBED_BIT`], or [`LEAF_BIT`] | Morton rank.
+        left: u32,
+        /// Second child.
+        right: u32,
+    }
+    /// What the node above says of a raw node.
+    struct RawLink {
+        /// Triangles below, with [`COLLAPSED_BIT`] and [`ABSORBED_BIT`].
+        count: u32,
+        /// Raw node above; [`INVALID`] at the root.
+        parent: u32,
+    }
+    /// An inner node of a packed tree, one 64-byte line: up to four children, their boxes on the node's own grid of
+    /// 256 planes an axis, rounded outward: plane q lies at origin + q · 2^exponent \[YLITIE17\].
+    struct Node {
+        /// Least corner of the node's box, unit space.
+        origin: [f32; 3],
+        /// Exponents + 127 of x, y, z in the low three bytes.
+        exponents: u32,
+        /// Least planes of the children, child k's in byte k; 255 where there is none.
+        lo: [u32; 3],
+        /// Greatest planes of the children; 0 where there is none.
+        hi: [u32; 3],
+        /// Node, or [`LEAF_BIT`] | count − 1 | first triangle (see `SPEC_LEAF_BITS`), or [`INVALID`], which come last.
+        children: [u32; 4],
+        /// 0: keeps a node within one cache line.
+        pad: [u32; 2],
+    }
+    /// A triangle of a packed tree.
+    struct PackedTriangle {
+        /// First corner · 2^exponent.
+        a: [f32; 3],
+        /// Second corner.
+        b: [f32; 3],
+        /// Third corner.
+        c: [f32; 3],
+        /// Input index.
+        index: u32,
+    }
+    /// Where PLOC stands before a round; the first four words are an indirect dispatch and its workgroup count.
+    struct PlocState {
+        /// Workgroups of this round's dispatches; all 0 once the tail takes over.
+        groups: [u32; 3],
+        /// Live clusters.
+        clusters: u32,
+        /// Rounds done.
+        rounds: u32,
+    }
+    /// What PLOC leaves behind.
+    struct PlocRoot {
+        /// The root: raw node, or [`LEAF_BIT`] | 0.
+        node: u32,
+        /// Rounds in all: no path of the tree is longer.
+        rounds: u32,
+        /// 1: a round merged nothing, the tree is unfinished (never seen; see `ploc/tail`).
+        stalled: u32,
+        /// Cost of the root, as [`Cluster::cost`].
+        cost: f32,
+        /// Box of all triangles, unit space.
+        bounds: Aabb,
+    }
+    /// Box and triangle tests of one ray.
+    struct Tests {
+        /// Child boxes tested.
+        boxes: u32,
+        /// Triangles tested.
+        triangles: u32,
+    }
+    /// Where a primary ray met the scene, made ready for secondary rays.
+    struct Surface {
+        /// Hit point, off the triangle by a bound on its rounding.
+        origin: [f32; 3],
+        /// Unit normal, facing the primary.
+        normal: [f32; 3],
+        /// The primary's index.
+        primary: u32,
+        /// 0: a whole number of pairs.
+        pad: u32,
+    }
+}
+
+impl Hit {
+    /// What a query writes where nothing is hit.
+    pub const MISS: Hit = Hit { t: f32::INFINITY, triangle: INVALID, u: 0.0, v: 0.0 };
+    /// Whether the ray met something.
+    pub fn is_hit(&self) -> bool {
+        self.t < f32::INFINITY
+    }
+}
