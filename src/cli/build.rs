@@ -1,7 +1,7 @@
 //! `boxwood build`: builds a scene's tree and says what it took.
 
 use super::check::{self, Checks};
-use super::choices::{Builder, RecipeArgs, RunsArgs};
+use super::choices::{Builder, RecipeArgs, ReportArgs};
 use super::files::{Output, emit};
 use super::{Global, explain};
 use crate::bench::{Builds, KernelTime, measure_builds};
@@ -9,7 +9,6 @@ use crate::bvh::{Recipe, SceneBuffers};
 use crate::device::Device;
 use crate::scene::Scene;
 use anyhow::Result;
-use std::path::PathBuf;
 
 /// Build a scene's tree; print times, memory and quality as JSON.
 #[derive(Debug, clap::Args)]
@@ -19,16 +18,7 @@ pub(super) struct Args {
     #[command(flatten)]
     recipe: RecipeArgs,
     #[command(flatten)]
-    runs: RunsArgs,
-    /// Write the JSON to this file as well.
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
-    /// Check the tree; exit with 1 where anything is wrong with it.
-    #[arg(long)]
-    check: bool,
-    /// Say what the build did and what it skipped.
-    #[arg(long)]
-    explain: bool,
+    report: ReportArgs,
 }
 
 /// What `build` and `query` report of a build.
@@ -120,18 +110,21 @@ impl BuildReport {
 /// Runs the command.
 pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     let recipe = args.recipe.recipe();
-    let json = args.json.as_deref().map(Output::new).transpose()?;
+    let json = args.report.json.as_deref().map(Output::new).transpose()?;
     let device = global.open_device()?;
     let scene = global.open_scene(&args.scene)?;
     let buffers = SceneBuffers::upload(&device, &scene)?;
-    let builds = measure_builds(&device, &buffers, &recipe, args.runs.runs as usize)?;
+    let builds = measure_builds(&device, &buffers, &recipe, args.report.runs as usize)?;
     let build = BuildReport::new(&device, &scene, args.recipe.builder, &recipe, &builds)?;
     build.remark(global);
-    if args.explain {
+    if args.report.explain {
         explain::build(&builds.built);
     }
-    let check =
-        if args.check { Some(Checks::of_tree(global, &scene, &builds.built.bvh, &recipe)?) } else { None };
+    let check = if args.report.check {
+        Some(Checks::of_tree(global, &scene, &builds.built.bvh, &recipe)?)
+    } else {
+        None
+    };
     let faults = check.as_ref().and_then(Checks::faults);
     emit(&Report { build: &build, kernels: &builds.kernels, check }, json)?;
     check::fail_on(faults)

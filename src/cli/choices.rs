@@ -3,6 +3,7 @@
 use crate::bvh::{Collapse, Morton, Recipe};
 use crate::trace::Precision;
 use clap::ValueEnum;
+use std::path::PathBuf;
 
 /// Which builder. One for now.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, serde::Serialize)]
@@ -94,12 +95,22 @@ fn costs(text: &str) -> Result<(f32, f32), String> {
     pair.ok_or_else(|| "write two numbers above 0, such as 3,2".into())
 }
 
-/// How often to measure.
+/// What to measure, and what to say of it.
 #[derive(Debug, clap::Args)]
-pub(super) struct RunsArgs {
+pub(super) struct ReportArgs {
     /// Measured runs, after a warm-up; medians and the least are reported.
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub(super) runs: u32,
+    /// Write the JSON to this file as well.
+    #[arg(long, value_name = "FILE")]
+    pub(super) json: Option<PathBuf>,
+    /// Check the tree, and the hits where there are any; exit with 1 where anything is wrong with them (with
+    /// `--precision fast`, report only).
+    #[arg(long)]
+    pub(super) check: bool,
+    /// Say what was done and what was skipped.
+    #[arg(long)]
+    pub(super) explain: bool,
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use super::build::BuildReport;
 use super::check::{self, Checks};
-use super::choices::{PrecisionName, RecipeArgs, RunsArgs};
+use super::choices::{PrecisionName, RecipeArgs, ReportArgs};
 use super::files::{self, Output, emit};
 use super::{Global, explain};
 use crate::bench::{Counting, KernelTime, Protocol, Traced, choose_walk, measure_builds, trace_all};
@@ -40,16 +40,7 @@ pub(super) struct Args {
     #[command(flatten)]
     recipe: RecipeArgs,
     #[command(flatten)]
-    runs: RunsArgs,
-    /// Write the JSON to this file as well.
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
-    /// Check the tree and the hits; exit with 1 where anything is wrong with them (with `--precision fast`, report only).
-    #[arg(long)]
-    check: bool,
-    /// Say what building and tracing did and what they skipped.
-    #[arg(long)]
-    explain: bool,
+    report: ReportArgs,
 }
 
 /// What `query` reports.
@@ -81,11 +72,11 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     let recipe = args.recipe.recipe();
     let rays = files::rays(&args.rays)?;
     let out = Output::new(&args.out)?;
-    let json = args.json.as_deref().map(Output::new).transpose()?;
+    let json = args.report.json.as_deref().map(Output::new).transpose()?;
     let device = global.open_device()?;
     let scene = global.open_scene(&args.scene)?;
     let buffers = SceneBuffers::upload(&device, &scene)?;
-    let runs = args.runs.runs as usize;
+    let runs = args.report.runs as usize;
     let builds = measure_builds(&device, &buffers, &recipe, runs)?;
     drop(buffers);
     let bvh = &builds.built.bvh;
@@ -102,7 +93,7 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     let bar = bar(global, rays.len());
     let traced = trace_all(&device, bvh, &rays, options, protocol, &|n| bar.inc(n as u64))?;
     bar.finish_and_clear();
-    if args.explain {
+    if args.report.explain {
         explain::build(&builds.built);
         explain::trace(&device, options, protocol.counting, &traced);
     }
@@ -120,7 +111,7 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
         device_ms.min,
         wall.median
     ));
-    let check = match args.check {
+    let check = match args.report.check {
         true => Some(Checks::of_tree(global, &scene, bvh, &recipe)?.and_hits(
             global,
             &scene,
