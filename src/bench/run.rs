@@ -189,8 +189,9 @@ impl<'a> Bench<'a> {
                 warm_up(|| trace(device, bvh, batch, options, Timing::Outer).map(|times| times.device_ms))?;
                 chosen = true;
             }
+            // Each ray alone: what the tree costs, whichever walk is fastest.
             batch.tests = Some(Buffer::new(device, "trace.tests", batch.rays.len())?);
-            trace(device, bvh, batch, options, Timing::Off)?;
+            trace(device, bvh, batch, Options { walk: Walk::Single, ..options }, Timing::Off)?;
             set.tests.add(batch)?;
             batch.tests = None;
             trace(device, bvh, batch, options, Timing::Off)?;

@@ -192,7 +192,7 @@ impl Pace {
     }
 }
 
-/// Sums the tests of all rays by the counting kernels.
+/// Sums the tests of all rays, each walking alone: what the tree costs, whichever walk is fastest.
 fn count_tests(
     device: &Arc<Device>,
     bvh: &Bvh,
@@ -200,6 +200,7 @@ fn count_tests(
     options: Options,
     chunk: usize,
 ) -> Result<TestTotals> {
+    let options = Options { walk: Walk::Single, ..options };
     let mut batch = Batch::new(device, rays.len().min(chunk), true)?;
     let mut sum = TestTotals::default();
     for part in rays.chunks(chunk) {
