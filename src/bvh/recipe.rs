@@ -18,7 +18,7 @@ pub enum Morton {
 /// When a subtree becomes one leaf: where the surface area heuristic says that it costs less \[GOLDSMITH87, WALD07\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Collapse {
-    /// Cost of testing a node's two boxes, c_T, in units of one's choice; above 0.
+    /// Cost of a binary inner node, the tests of its two boxes, c_T, in units of one's choice; above 0.
     pub traversal_cost: f32,
     /// Cost of a triangle test, c_I, in the same units; above 0.
     pub triangle_cost: f32,
