@@ -35,7 +35,8 @@ pub(super) fn trace(device: &Device, options: Options, counting: Counting, trace
     });
     say(match options.precision {
         Precision::Robust => {
-            "trace: watertight triangle test; higher precision only where a sign is in doubt".into()
+            "trace: watertight triangle test; higher precision only where a triangle is not surely missed"
+                .into()
         }
         Precision::Fast => {
             "trace: Möller–Trumbore; exact signs skipped, so rays may slip through edges".into()
