@@ -38,7 +38,8 @@ void main() {
         uvec3 exponents = step_exponents(box);
         vec3 steps = steps_of(exponents);
         uint to = P(leaf_triangles).at[from];
-        Node node = Node(box.lo, exponents.x | exponents.y << 8 | exponents.z << 16, uvec3(0), uvec3(0), uvec4(0), uvec2(0));
+        uint packed_exponents = exponents.x | exponents.y << 8 | exponents.z << 16;
+        Node node = Node(box.lo, packed_exponents, uvec3(0), uvec3(0), uvec4(0), uvec2(0));
         [[unroll]] for (int k = 0; k < WIDTH; ++k) {
             uint child = references[k];
             uvec3 lo = uvec3(255), hi = uvec3(0);

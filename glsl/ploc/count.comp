@@ -12,5 +12,7 @@ void main() {
     FOR_ITEMS(i, count) living += uint(!dies(i, P(nearest).at[i]));
     uint total;
     row_scan(living, total);
-    if (gl_LocalInvocationID.x == 0) P(sums).at[group_index()] = total;
+    // A grid of two dimensions has workgroups beyond the last: sums has no room for theirs.
+    bool wanted = group_index() * WG * ITEMS < count;
+    if (gl_LocalInvocationID.x == 0 && wanted) P(sums).at[group_index()] = total;
 }

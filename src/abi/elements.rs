@@ -158,3 +158,16 @@ impl Hit {
         self.t < f32::INFINITY
     }
 }
+
+impl SceneBounds {
+    /// Of no triangle: what `morton/bounds` starts from.
+    pub const EMPTY: SceneBounds = SceneBounds {
+        lo: [u32::MAX; 3],
+        hi: [0; 3],
+        hittable: 0,
+        ones: 0,
+        zeros: 0,
+        low_ones: 0,
+        low_zeros: 0,
+    };
+}

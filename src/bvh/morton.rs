@@ -50,16 +50,7 @@ pub(super) fn encode(build: &mut Build<'_>) -> Result<(Codes, Space)> {
         bounds,
     };
     let mut rec = build.recorder()?;
-    let zero = SceneBounds {
-        lo: [u32::MAX; 3],
-        hi: [0; 3],
-        hittable: 0,
-        ones: 0,
-        zeros: 0,
-        low_ones: 0,
-        low_zeros: 0,
-    };
-    rec.update(&codes.bounds, &[zero]);
+    rec.update(&codes.bounds, &[SceneBounds::EMPTY]);
     let groups = (n as u32).div_ceil(shape.workgroup * shape.items);
     rec.dispatch(
         &kernels::MORTON_BOUNDS,

@@ -42,16 +42,7 @@ fn bounds_grow_from_any_start() {
         let soup = scene(&random(n, 0.5, n as u64));
         let (expected, count) = morton::bounds(&soup);
         let triangles = SceneBuffers::upload(&device, &soup).unwrap().triangles;
-        let start = SceneBounds {
-            lo: [u32::MAX; 3],
-            hi: [0; 3],
-            hittable: 0,
-            ones: 0,
-            zeros: 0,
-            low_ones: 0,
-            low_zeros: 0,
-        };
-        let bounds = Buffer::from_slice(&device, "bounds", &[start]).unwrap();
+        let bounds = Buffer::from_slice(&device, "bounds", &[SceneBounds::EMPTY]).unwrap();
         let shape = device.shape();
         let mut rec = Recorder::new(&device, Timing::Off).unwrap();
         let args =
