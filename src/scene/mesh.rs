@@ -160,7 +160,7 @@ pub(super) fn scene(
         return Err(SceneError::TooLarge { name: path.display().to_string(), what });
     }
     let name = path.display().to_string();
-    let scene = Scene { name, positions, triangles, warnings: Vec::new(), camera: None };
+    let scene = Scene { name, positions, triangles, ..Scene::default() };
     let odd = |i: &usize| scene.corners(*i).iter().flatten().any(|x| !x.is_finite());
     if let Some(first) = (0..scene.triangles.len()).into_par_iter().find_first(|i| odd(i)) {
         let count = (first..scene.triangles.len()).into_par_iter().filter(odd).count() as u64;

@@ -32,8 +32,26 @@ pub struct Scene {
     pub triangles: Vec<[u32; 3]>,
     /// What was odd about the input and how often.
     pub warnings: Vec<Warning>,
-    /// The scene's own view; none: a three-quarter view of its bounds.
-    pub camera: Option<Camera>,
+    /// The scene's own views, the first one first; none: views of its bounds.
+    pub views: Vec<Camera>,
+    /// What its surfaces look like.
+    pub materials: Materials,
+}
+
+/// Colours of a scene's triangles, for pictures: trees and rays don't know them.
+#[derive(Debug, Clone, Default)]
+pub struct Materials {
+    /// Base colours, linear light, 0 to 1.
+    pub colors: Vec<[f32; 3]>,
+    /// Index of each triangle's colour in `colors`; empty: no triangle has a colour.
+    pub of_triangles: Vec<u32>,
+}
+
+impl Materials {
+    /// The base colour of triangle `i`, where it has one.
+    pub fn color(&self, i: usize) -> Option<[f32; 3]> {
+        self.of_triangles.get(i).map(|c| self.colors[*c as usize])
+    }
 }
 
 /// Something left out or mended while reading a scene.
@@ -53,9 +71,9 @@ impl Scene {
         self.triangles[i].map(|v| self.positions[v as usize])
     }
 
-    /// The scene's own camera, or else a three-quarter view of its bounds.
+    /// The scene's own first view, or else a three-quarter view of its bounds.
     pub fn view(&self) -> Camera {
-        self.camera.unwrap_or_else(|| Camera::default_for(&self.bounds()))
+        self.views.first().copied().unwrap_or_else(|| Camera::default_for(&self.bounds()))
     }
 
     /// Bounds of all finite triangles; empty (lo > hi) where there are none.

@@ -71,7 +71,7 @@ pub fn open(spec: &str, options: &Options) -> Result<Scene, SceneError> {
             Some(fetched) => {
                 let (path, bytes) = fetch::get(fetched, options)?;
                 let scene = parse(&path, &bytes, options.progress)?;
-                Ok(Scene { name: spec.to_owned(), camera: fetched.camera, ..scene })
+                Ok(Scene { name: spec.to_owned(), views: fetched.camera.into_iter().collect(), ..scene })
             }
             None => file(spec, options.progress),
         },

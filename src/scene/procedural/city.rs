@@ -79,8 +79,8 @@ pub(in crate::scene) fn generate(
         bar.inc(t.len() as u64 / 2);
     });
     bar.finish_and_clear();
-    let camera = Some(camera(width, depth, pose));
-    Ok(Scene { name: name.to_owned(), positions, triangles, warnings: Vec::new(), camera })
+    let views = vec![camera(width, depth, pose)];
+    Ok(Scene { name: name.to_owned(), positions, triangles, views, ..Scene::default() })
 }
 
 /// From above one corner, turned with the city: the same rays meet the same faces in either pose.

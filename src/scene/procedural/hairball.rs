@@ -38,7 +38,7 @@ pub(in crate::scene) fn generate(name: &str, n: u64, progress: Progress) -> Resu
     bar.finish_and_clear();
     // About 3.2 radii out, so that the ball fills the picture's height.
     let camera = Camera { eye: [1.6, 1.15, 2.55], target: [0.0; 3], up: [0.0, 1.0, 0.0], fov_y: 45.0 };
-    Ok(Scene { name: name.to_owned(), positions, triangles, warnings: Vec::new(), camera: Some(camera) })
+    Ok(Scene { name: name.to_owned(), positions, triangles, views: vec![camera], ..Scene::default() })
 }
 
 /// The rings of strand `i`, as many as there is room for; each strand is as it would be at full length.

@@ -30,7 +30,7 @@ pub(in crate::scene) fn generate(name: &str, count: u64, progress: Progress) -> 
     });
     bar.finish_and_clear();
     let camera = Camera { eye: [1.8, 1.4, 2.7], target: [0.0; 3], up: [0.0, 1.0, 0.0], fov_y: 45.0 };
-    Ok(Scene { name: name.to_owned(), positions, triangles, warnings: Vec::new(), camera: Some(camera) })
+    Ok(Scene { name: name.to_owned(), positions, triangles, views: vec![camera], ..Scene::default() })
 }
 
 /// The edge whose 12 n² is nearest to `count`, at least 1.
