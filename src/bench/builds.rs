@@ -1,6 +1,6 @@
 //! Builds, timed: a warm-up, runs with outer stamps only, and one more with a stamp a kernel (which costs time itself).
 
-use super::stats::warm_up;
+use super::stats::{WARM_UPS, warm_up};
 use super::{KernelTime, Result, Spread, by_kernel};
 use crate::bvh::{Built, Recipe, SceneBuffers, build};
 use crate::device::{Device, Timing};
@@ -29,7 +29,7 @@ pub fn measure_builds(
     recipe: &Recipe,
     runs: usize,
 ) -> Result<Builds> {
-    warm_up(|| build(device, scene, recipe, Timing::Outer).map(|b| b.times.device_ms))?;
+    warm_up(WARM_UPS, || build(device, scene, recipe, Timing::Outer).map(|b| b.times.device_ms))?;
     let (mut device_ms, mut wall_ms) = (vec![], vec![]);
     for _ in 0..runs {
         let run = build(device, scene, recipe, Timing::Outer)?;

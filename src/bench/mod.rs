@@ -1,24 +1,30 @@
-//! Measuring: warm-up, repeats, medians and spread; the default benchmark and its report.
+//! Measuring: warm-up, repeats, medians and spread; the benchmark, its presets, its rows and its report.
 
 mod builds;
 mod kernels;
 mod plan;
+mod presets;
+mod rays;
 mod report;
+mod rows;
 mod run;
 mod stats;
 mod traces;
 
 pub use builds::{Builds, measure_builds};
 pub use kernels::{KernelTime, by_kernel};
-pub use plan::{Checking, Coverage, Plan, RayKind, SCENES};
-pub use report::{Report, SceneReport, SetReport};
-pub use run::{run, steps};
+pub use plan::{Contender, Coverage, Key, Plan, RayFile, RayKind, RaySet};
+pub use presets::{Preset, PresetError, Presets};
+pub use report::Report;
+pub use rows::{BuildRow, Check, Header, RayRow, Rows, RowsError};
+pub use run::{Open, Progress, run};
 pub use stats::{Spread, settled};
 pub use traces::{Counting, Protocol, TestTotals, Traced, choose_walk, trace_all};
 
 use crate::bvh::BuildError;
 use crate::device::DeviceError;
 use crate::oracle::validate::Invalid;
+use crate::scene::SceneError;
 
 /// A measurement that can't be done.
 #[derive(Debug, thiserror::Error)]
@@ -29,6 +35,12 @@ pub enum BenchError {
     /// The device failed.
     #[error(transparent)]
     Device(#[from] DeviceError),
+    /// A scene can't be opened.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// A row can't be written.
+    #[error(transparent)]
+    Rows(#[from] RowsError),
     /// The build gave a tree that is not sound.
     #[error("the tree of {scene} is not sound: {source}")]
     Tree {

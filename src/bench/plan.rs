@@ -1,15 +1,18 @@
-//! What the benchmark does.
+//! What the benchmark does: a preset with its parents' values filled in, and what the command line changes.
 
+use crate::abi::{Aabb, Ray};
 use crate::bvh::Recipe;
 use crate::trace::BATCH;
 use crate::trace::rays::Secondary;
+use std::fmt;
+use std::path::PathBuf;
+use std::sync::Arc;
 
-/// Scenes of the default benchmark: a scanned one, long thin triangles, and a city off the axes.
-pub const SCENES: [&str; 3] = ["dragon", "hairball:500k", "city-rotated:1M"];
+/// Parts of a picture from which a sample of its secondary rays is taken.
+const SPANS: usize = 8;
 
-/// A kind of ray set.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
-#[serde(rename_all = "lowercase")]
+/// A kind of rays that is made from a view.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum RayKind {
     /// From the camera, a ray a pixel: nearest hit.
     Primary,
@@ -33,7 +36,7 @@ impl RayKind {
     }
 
     /// How its rays leave the primaries' hits in a scene within `bounds`; none for primaries.
-    pub fn secondary(self, bounds: &crate::abi::Aabb) -> Option<Secondary> {
+    pub fn secondary(self, bounds: &Aabb) -> Option<Secondary> {
         match self {
             Self::Primary => None,
             Self::Ao => Some(Secondary::ao(bounds)),
@@ -42,8 +45,44 @@ impl RayKind {
     }
 }
 
+/// Rays of a file, as `boxwood query` takes them.
+#[derive(Debug, Clone)]
+pub struct RayFile {
+    /// As the user named it.
+    pub path: PathBuf,
+    /// Its rays.
+    pub rays: Arc<[Ray]>,
+    /// What is asked of them.
+    pub query: crate::trace::Query,
+}
+
+/// Rays to be traced.
+#[derive(Debug, Clone)]
+pub enum RaySet {
+    /// Made from each view.
+    Made(RayKind),
+    /// From a file: the same whatever the view.
+    File(RayFile),
+}
+
+impl fmt::Display for RaySet {
+    /// As typed: `ao`, `file:a.rays`, `any:a.rays`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Made(kind) => f.write_str(kind.name()),
+            Self::File(file) => {
+                let query = match file.query {
+                    crate::trace::Query::Closest => "file",
+                    crate::trace::Query::Any => "any",
+                };
+                write!(f, "{query}:{}", file.path.display())
+            }
+        }
+    }
+}
+
 /// Which of a picture's secondary rays are traced.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Coverage {
     /// All, in batches that take about half a second at most.
     All,
@@ -57,42 +96,100 @@ pub enum Coverage {
 }
 
 impl Coverage {
-    /// 2^20 rays in eight places: about a second on two cores.
-    pub const SAMPLE: Self = Self::Spans { count: 8, rays: BATCH / 8 };
-    /// 2^16 rays in eight places.
-    pub const QUICK: Self = Self::Spans { count: 8, rays: BATCH / 128 };
+    /// `rays` rays at most from eight places; all where it is 0.
+    pub fn sample(rays: usize) -> Self {
+        match rays {
+            0 => Self::All,
+            _ => Self::Spans { count: SPANS, rays: rays.div_ceil(SPANS).clamp(1, BATCH) },
+        }
+    }
 }
 
-/// Whether hits are checked.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Checking {
-    /// No.
-    Off,
-    /// Against the f64 reference, a sample of each set.
-    Sample {
-        /// Rays of each set, at most.
-        rays: usize,
-    },
-}
-
-impl Checking {
-    /// Enough to see a fault of one ray in 100,000, and a few seconds.
-    pub const DEFAULT: Self = Self::Sample { rays: 200_000 };
+/// A builder of the benchmark: a recipe and its name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Contender {
+    /// As `--builders` takes it.
+    pub name: String,
+    /// How it builds.
+    pub recipe: Recipe,
 }
 
 /// A benchmark.
 #[derive(Debug, Clone)]
 pub struct Plan {
-    /// How trees are built.
-    pub recipe: Recipe,
-    /// Kinds of rays.
-    pub kinds: Vec<RayKind>,
-    /// Rounds that count: each builds and traces every scene once.
-    pub runs: usize,
+    /// Scenes: files or names.
+    pub scenes: Vec<String>,
+    /// How trees are built, each in turn.
+    pub contenders: Vec<Contender>,
+    /// Rays that each of them traces.
+    pub rays: Vec<RaySet>,
+    /// Views of each scene, 1–5.
+    pub views: usize,
     /// Picture width and height, pixels.
     pub size: [u32; 2],
+    /// Unmeasured runs, at most: they end once times settle.
+    pub warm_ups: usize,
+    /// Measured runs, at most: they end once times settle.
+    pub runs: usize,
     /// Which secondary rays.
     pub coverage: Coverage,
-    /// Whether hits are checked.
-    pub checking: Checking,
+    /// Rays of each set, at most, that the f64 reference judges.
+    pub check: usize,
+}
+
+/// What a row is about: at most one row of a run has it.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Key {
+    /// As the plan has it.
+    pub scene: String,
+    /// The contender's name.
+    pub builder: String,
+    /// Rays and their view; none: of the build. Rays of a file belong to view 0.
+    pub rays: Option<(usize, String)>,
+}
+
+impl Plan {
+    /// Rows of a whole run, in the order in which they are reported.
+    pub fn keys(&self) -> Vec<Key> {
+        self.scenes.iter().flat_map(|scene| self.keys_of(scene)).collect()
+    }
+
+    /// Rows of `scene`: builds, then rays by set and view.
+    pub fn keys_of(&self, scene: &str) -> Vec<Key> {
+        let key = |c: &Contender, rays| Key { scene: scene.to_owned(), builder: c.name.clone(), rays };
+        let mut keys: Vec<Key> = self.contenders.iter().map(|c| key(c, None)).collect();
+        for set in &self.rays {
+            let views = match set {
+                RaySet::Made(_) => 1..=self.views,
+                RaySet::File(_) => 0..=0,
+            };
+            for view in views {
+                keys.extend(self.contenders.iter().map(|c| key(c, Some((view, set.to_string())))));
+            }
+        }
+        keys
+    }
+
+    /// What a run must share with one that it resumes, as text.
+    pub fn fingerprint(&self) -> String {
+        let rays: Vec<String> = self
+            .rays
+            .iter()
+            .map(|set| match set {
+                RaySet::Made(_) => set.to_string(),
+                RaySet::File(file) => format!("{set} ({} rays)", file.rays.len()),
+            })
+            .collect();
+        format!(
+            "scenes {:?}; builders {:?}; rays {rays:?}; {} views of {:?} pixels; {} warm-ups, {} runs; {:?}; {} checked",
+            self.scenes,
+            self.contenders,
+            self.views,
+            self.size,
+            self.warm_ups,
+            self.runs,
+            self.coverage,
+            self.check
+        )
+    }
 }

@@ -1,84 +1,25 @@
 //! What the benchmark found: as JSON, as CSV, and as tables for people.
 
-use super::{Coverage, KernelTime, RayKind, Spread};
-use crate::oracle::compare::Verdict;
-use crate::oracle::validate::Stats;
+use super::rows::{BuildRow, Check, Header, RayRow};
+use super::{Plan, Rows, Spread, TestTotals};
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 
-/// All of it.
+/// The rows of a plan that are there, in its order.
 #[derive(Debug, serde::Serialize)]
-pub struct Report {
-    /// Device name.
-    pub device: String,
-    /// Driver name and version.
-    pub driver: String,
-    /// Commit that was measured.
-    pub commit: &'static str,
-    /// Rounds that count.
-    pub runs: usize,
-    /// Picture width and height, pixels.
-    pub size: [u32; 2],
-    /// Which secondary rays were traced.
-    pub coverage: Coverage,
-    /// One a scene.
-    pub scenes: Vec<SceneReport>,
+pub struct Report<'r> {
+    #[serde(flatten)]
+    header: &'r Header,
+    builds: Vec<&'r BuildRow>,
+    rays: Vec<&'r RayRow>,
 }
 
-/// A scene, its tree and its rays.
-#[derive(Debug, serde::Serialize)]
-pub struct SceneReport {
-    /// Its name.
-    pub scene: String,
-    /// Triangles, those left out included.
-    pub triangles: usize,
-    /// Device time of a build, ms.
-    pub build_ms: Spread,
-    /// Wall time of a build, ms.
-    pub build_wall_ms: Spread,
-    /// Bytes of the tree.
-    pub bvh_bytes: u64,
-    /// Most memory held beside scene and tree while building, bytes.
-    pub scratch_bytes: u64,
-    /// What the tree is like.
-    pub tree: Stats,
-    /// SHA-256 of the tree.
-    pub tree_hash: String,
-    /// Build time by kernel, of one run with a stamp a kernel.
-    pub kernels: Vec<KernelTime>,
-    /// One a kind of rays.
-    pub sets: Vec<SetReport>,
-}
-
-/// A set of rays.
-#[derive(Debug, serde::Serialize)]
-pub struct SetReport {
-    /// Kind.
-    pub kind: RayKind,
-    /// Kernel that traced it.
-    pub kernel: &'static str,
-    /// Rays of a round.
-    pub rays: usize,
-    /// Those that hit something.
-    pub hits: usize,
-    /// Device time, ms.
-    pub trace_ms: Spread,
-    /// Millions of rays a second.
-    pub mrays_s: Spread,
-    /// Mean box tests of a ray.
-    pub boxes_per_ray: f64,
-    /// Mean triangle tests of a ray.
-    pub triangles_per_ray: f64,
-    /// Hits against the reference, on a sample of the rays.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub check: Option<Verdict>,
-}
-
-/// A line of the CSV: a scene and a kind of rays.
+/// A line of the CSV: a build and, where rays were traced, a set of a view.
 #[derive(serde::Serialize)]
 struct Line<'a> {
     device: &'a str,
     commit: &'a str,
     scene: &'a str,
+    builder: &'a str,
     triangles: usize,
     build_ms: f64,
     build_ms_min: f64,
@@ -92,89 +33,113 @@ struct Line<'a> {
     depth: u32,
     bvh_bytes: u64,
     scratch_bytes: u64,
-    rays_kind: &'a str,
-    rays: usize,
-    hits: usize,
-    mrays_s: f64,
-    mrays_s_best: f64,
-    mrays_spread_percent: f64,
-    boxes_per_ray: f64,
-    triangles_per_ray: f64,
-    checked_rays: usize,
-    missed: usize,
-    false_hits: usize,
-    leaked: usize,
-    wrong_triangle: usize,
-    faults_stable: usize,
+    tree_hash: &'a str,
+    view: Option<usize>,
+    set: Option<&'a str>,
+    kernel: Option<&'a str>,
+    rays: Option<usize>,
+    hits: Option<usize>,
+    mrays_s: Option<f64>,
+    mrays_s_best: Option<f64>,
+    mrays_spread_percent: Option<f64>,
+    boxes_per_ray: Option<f64>,
+    triangles_per_ray: Option<f64>,
+    checked_rays: Option<usize>,
+    faults: Option<usize>,
+    unsure: Option<usize>,
+    missed: Option<usize>,
+    false_hits: Option<usize>,
+    leaked: Option<usize>,
+    wrong_triangle: Option<usize>,
 }
 
-/// Faults that rounding doesn't excuse.
-fn faults(v: &Verdict) -> usize {
-    v.missed_stable + v.false_stable + v.leaked_stable + v.wrong_triangle_stable + v.malformed
-}
-
-impl Report {
-    /// Whether every hit that was checked is right.
-    pub fn is_clean(&self) -> bool {
-        self.verdicts().all(|(_, _, v)| v.is_clean())
+impl<'r> Report<'r> {
+    /// Of the rows of `plan` that are there.
+    pub fn new(header: &'r Header, plan: &Plan, rows: &'r Rows) -> Self {
+        let keys = plan.keys();
+        Self {
+            header,
+            builds: keys.iter().filter_map(|key| rows.build(key)).collect(),
+            rays: keys.iter().filter_map(|key| rows.rays(key)).collect(),
+        }
     }
 
-    /// Scene, kind and verdict of every set that was checked.
-    pub fn verdicts(&self) -> impl Iterator<Item = (&str, RayKind, &Verdict)> {
-        let sets = self.scenes.iter().flat_map(|s| s.sets.iter().map(move |t| (s, t)));
-        sets.filter_map(|(s, t)| Some((s.scene.as_str(), t.kind, t.check.as_ref()?)))
+    /// What is wrong with checked hits: scene, builder, set and verdict of each row with faults.
+    pub fn faults(&self) -> Vec<String> {
+        let said = |r: &&RayRow| {
+            let verdict = r.check.as_ref()?.verdict.as_ref()?;
+            Some(format!("{}, {}, view {}, {}: {}", r.scene, r.builder, r.view, r.set, verdict.trim_end()))
+        };
+        self.rays.iter().filter_map(said).collect()
     }
 
-    /// A line a scene and kind of rays.
+    /// A line a set of rays; of a build without any, one as well.
     ///
     /// # Errors
     /// None in practice: it writes to memory.
     pub fn csv(&self) -> std::result::Result<Vec<u8>, csv::Error> {
         let mut out = csv::Writer::from_writer(vec![]);
-        for s in &self.scenes {
-            for t in &s.sets {
-                let count = |f: fn(&Verdict) -> usize| t.check.as_ref().map_or(0, f);
-                out.serialize(Line {
-                    device: &self.device,
-                    commit: self.commit,
-                    scene: &s.scene,
-                    triangles: s.triangles,
-                    build_ms: s.build_ms.median,
-                    build_ms_min: s.build_ms.min,
-                    build_spread_percent: s.build_ms.percent(),
-                    build_wall_ms: s.build_wall_ms.median,
-                    sah: s.tree.sah,
-                    inner_area: s.tree.inner_area,
-                    node_area: s.tree.node_area,
-                    leaf_area: s.tree.leaf_area,
-                    triangles_per_leaf: s.tree.triangles_per_leaf,
-                    depth: s.tree.depth,
-                    bvh_bytes: s.bvh_bytes,
-                    scratch_bytes: s.scratch_bytes,
-                    rays_kind: t.kind.name(),
-                    rays: t.rays,
-                    hits: t.hits,
-                    mrays_s: t.mrays_s.median,
-                    mrays_s_best: t.mrays_s.max,
-                    mrays_spread_percent: t.mrays_s.percent(),
-                    boxes_per_ray: t.boxes_per_ray,
-                    triangles_per_ray: t.triangles_per_ray,
-                    checked_rays: count(|v| v.rays),
-                    missed: count(|v| v.missed),
-                    false_hits: count(|v| v.false_hits),
-                    leaked: count(|v| v.leaked),
-                    wrong_triangle: count(|v| v.wrong_triangle),
-                    faults_stable: count(faults),
-                })?;
+        for b in &self.builds {
+            let of_build = |r: &&&RayRow| (&r.scene, &r.builder) == (&b.scene, &b.builder);
+            let rays: Vec<&RayRow> = self.rays.iter().filter(of_build).copied().collect();
+            if rays.is_empty() {
+                out.serialize(self.line(b, None))?;
+            }
+            for r in rays {
+                out.serialize(self.line(b, Some(r)))?;
             }
         }
         out.into_inner().map_err(|e| csv::Error::from(e.into_error()))
     }
 
-    /// Builds, a row a scene.
+    fn line<'a>(&'a self, b: &'a BuildRow, r: Option<&'a RayRow>) -> Line<'a> {
+        let check = r.and_then(|r| r.check.as_ref());
+        let per_ray =
+            |count: fn(&TestTotals) -> u64| r.map(|r| count(&r.tests) as f64 / r.rays.max(1) as f64);
+        Line {
+            device: &self.header.device,
+            commit: &self.header.commit,
+            scene: &b.scene,
+            builder: &b.builder,
+            triangles: b.triangles,
+            build_ms: b.build_ms.median,
+            build_ms_min: b.build_ms.min,
+            build_spread_percent: b.build_ms.percent(),
+            build_wall_ms: b.build_wall_ms.median,
+            sah: b.tree.sah,
+            inner_area: b.tree.inner_area,
+            node_area: b.tree.node_area,
+            leaf_area: b.tree.leaf_area,
+            triangles_per_leaf: b.tree.triangles_per_leaf,
+            depth: b.tree.depth,
+            bvh_bytes: b.bvh_bytes,
+            scratch_bytes: b.scratch_bytes,
+            tree_hash: &b.tree_hash,
+            view: r.map(|r| r.view),
+            set: r.map(|r| r.set.as_str()),
+            kernel: r.map(|r| r.kernel.as_str()),
+            rays: r.map(|r| r.rays),
+            hits: r.map(|r| r.hits),
+            mrays_s: r.map(|r| r.mrays_s().median),
+            mrays_s_best: r.map(|r| r.mrays_s().max),
+            mrays_spread_percent: r.map(|r| r.trace_ms.percent()),
+            boxes_per_ray: per_ray(|t| t.boxes),
+            triangles_per_ray: per_ray(|t| t.triangles),
+            checked_rays: check.map(|c| c.rays),
+            faults: check.map(|c| c.faults),
+            unsure: check.map(|c| c.unsure),
+            missed: check.map(|c| c.missed),
+            false_hits: check.map(|c| c.false_hits),
+            leaked: check.map(|c| c.leaked),
+            wrong_triangle: check.map(|c| c.wrong_triangle),
+        }
+    }
+
+    /// Builds, a row a scene and builder.
     pub fn build_table(&self) -> String {
         let mut table = table(&[
             "scene",
+            "builder",
             "triangles",
             "build ms",
             "± %",
@@ -188,31 +153,33 @@ impl Report {
             "tree B/tri",
             "scratch B/tri",
         ]);
-        for s in &self.scenes {
-            let n = s.triangles.max(1) as f64;
+        for b in &self.builds {
+            let n = b.triangles.max(1) as f64;
             table.add_row([
-                s.scene.clone(),
-                s.triangles.to_string(),
-                format!("{:.1}", s.build_ms.median),
-                format!("{:.1}", s.build_ms.percent()),
-                format!("{:.1}", s.build_wall_ms.median),
-                format!("{:.2}", s.tree.sah),
-                format!("{:.2}", s.tree.inner_area),
-                format!("{:.2}", s.tree.node_area),
-                format!("{:.2}", s.tree.leaf_area),
-                format!("{:.2}", s.tree.triangles_per_leaf),
-                s.tree.depth.to_string(),
-                format!("{:.0}", s.bvh_bytes as f64 / n),
-                format!("{:.0}", s.scratch_bytes as f64 / n),
+                b.scene.clone(),
+                b.builder.clone(),
+                b.triangles.to_string(),
+                format!("{:.1}", b.build_ms.median),
+                format!("{:.1}", b.build_ms.percent()),
+                format!("{:.1}", b.build_wall_ms.median),
+                format!("{:.2}", b.tree.sah),
+                format!("{:.2}", b.tree.inner_area),
+                format!("{:.2}", b.tree.node_area),
+                format!("{:.2}", b.tree.leaf_area),
+                format!("{:.2}", b.tree.triangles_per_leaf),
+                b.tree.depth.to_string(),
+                format!("{:.0}", b.bvh_bytes as f64 / n),
+                format!("{:.0}", b.scratch_bytes as f64 / n),
             ]);
         }
-        finish(table)
+        finish(table, 2)
     }
 
-    /// Rays, a row a scene and kind. Faults: of stable rays, then of all; of how many checked.
+    /// Rays, a row a scene, builder and set: all its views together.
     pub fn ray_table(&self) -> String {
         let mut table = table(&[
             "scene",
+            "builder",
             "rays",
             "count",
             "hits",
@@ -224,52 +191,109 @@ impl Report {
             "faults",
             "unsure",
             "checked",
+            "kernel",
         ]);
-        for s in &self.scenes {
-            for t in &s.sets {
-                let unsure = |v: &Verdict| {
-                    v.missed + v.false_hits + v.leaked + v.wrong_triangle + v.malformed - faults(v)
-                };
-                let checked =
-                    |f: fn(&Verdict) -> usize| t.check.as_ref().map_or("–".into(), |v| f(v).to_string());
-                table.add_row([
-                    s.scene.clone(),
-                    t.kind.name().to_owned(),
-                    t.rays.to_string(),
-                    t.hits.to_string(),
-                    format!("{:.2}", t.mrays_s.median),
-                    format!("{:.1}", t.mrays_s.percent()),
-                    format!("{:.2}", t.mrays_s.max),
-                    format!("{:.1}", t.boxes_per_ray),
-                    format!("{:.1}", t.triangles_per_ray),
-                    checked(faults),
-                    t.check.as_ref().map_or("–".into(), |v| unsure(v).to_string()),
-                    checked(|v| v.rays),
-                ]);
-            }
+        for views in self.by_set() {
+            let (first, all) = (views[0], Views::of(&views));
+            let n = all.rays.max(1) as f64;
+            let rate = all.trace_ms.rate(all.rays);
+            let checked = |count: usize| if all.check.rays > 0 { count.to_string() } else { "–".into() };
+            table.add_row([
+                first.scene.clone(),
+                first.builder.clone(),
+                first.set.clone(),
+                all.rays.to_string(),
+                all.hits.to_string(),
+                format!("{:.2}", rate.median),
+                format!("{:.1}", all.trace_ms.percent()),
+                format!("{:.2}", rate.max),
+                format!("{:.1}", all.tests.boxes as f64 / n),
+                format!("{:.1}", all.tests.triangles as f64 / n),
+                checked(all.check.faults),
+                checked(all.check.unsure),
+                checked(all.check.rays),
+                all.kernels.join(", "),
+            ]);
         }
-        finish(table)
+        finish(table, 3)
     }
 
-    /// Build time by kernel, a column a scene, ms and dispatches.
-    pub fn kernel_table(&self) -> String {
-        let mut names: Vec<&str> = vec![];
-        for k in self.scenes.iter().flat_map(|s| &s.kernels) {
-            if !names.contains(&k.name) {
-                names.push(k.name);
+    /// Rows that differ in their view alone.
+    fn by_set(&self) -> Vec<Vec<&'r RayRow>> {
+        let mut sets: Vec<Vec<&RayRow>> = vec![];
+        for row in &self.rays {
+            let same = |r: &RayRow| (&r.scene, &r.builder, &r.set) == (&row.scene, &row.builder, &row.set);
+            match sets.iter_mut().find(|views| same(views[0])) {
+                Some(views) => views.push(row),
+                None => sets.push(vec![row]),
             }
         }
-        let header: Vec<&str> =
-            ["kernel"].into_iter().chain(self.scenes.iter().map(|s| s.scene.as_str())).collect();
+        sets
+    }
+
+    /// Build time by kernel, a column a scene and builder, ms and dispatches.
+    pub fn kernel_table(&self) -> String {
+        let mut names: Vec<&str> = vec![];
+        for k in self.builds.iter().flat_map(|b| &b.kernels) {
+            if !names.contains(&k.name.as_ref()) {
+                names.push(&k.name);
+            }
+        }
+        let title = |b: &&BuildRow| format!("{}, {}", b.scene, b.builder);
+        let titles: Vec<String> = self.builds.iter().map(title).collect();
+        let header: Vec<&str> = ["kernel"].into_iter().chain(titles.iter().map(String::as_str)).collect();
         let mut table = table(&header);
         for name in names {
-            let cell = |s: &SceneReport| {
-                let row = s.kernels.iter().find(|k| k.name == name);
+            let cell = |b: &&BuildRow| {
+                let row = b.kernels.iter().find(|k| k.name == name);
                 row.map_or("–".into(), |k| format!("{:.2} ms ×{}", k.ms, k.count))
             };
-            table.add_row([name.to_owned()].into_iter().chain(self.scenes.iter().map(cell)));
+            table.add_row([name.to_owned()].into_iter().chain(self.builds.iter().map(cell)));
         }
-        finish(table)
+        finish(table, 1)
+    }
+}
+
+/// The views of a set, added up.
+struct Views<'r> {
+    rays: usize,
+    hits: usize,
+    trace_ms: Spread,
+    tests: TestTotals,
+    check: Check,
+    kernels: Vec<&'r str>,
+}
+
+impl<'r> Views<'r> {
+    fn of(rows: &[&'r RayRow]) -> Self {
+        let sum = |f: fn(&RayRow) -> usize| rows.iter().map(|r| f(r)).sum();
+        let tests = |f: fn(&RayRow) -> u64| rows.iter().map(|r| f(r)).sum();
+        let ms = |f: fn(&Spread) -> f64| rows.iter().map(|r| f(&r.trace_ms)).sum();
+        let check = |f: fn(&Check) -> usize| rows.iter().filter_map(|r| r.check.as_ref()).map(f).sum();
+        let mut kernels: Vec<&str> = rows.iter().map(|r| r.kernel.as_str()).collect();
+        kernels.sort_unstable();
+        kernels.dedup();
+        Self {
+            rays: sum(|r| r.rays),
+            hits: sum(|r| r.hits),
+            // Sums of medians and of quartiles: the latter are no quartiles of the sum, but no smaller spread.
+            trace_ms: Spread {
+                median: ms(|s| s.median),
+                min: ms(|s| s.min),
+                max: ms(|s| s.max),
+                q1: ms(|s| s.q1),
+                q3: ms(|s| s.q3),
+                runs: rows.iter().map(|r| r.trace_ms.runs).min().unwrap_or(0),
+            },
+            tests: TestTotals { boxes: tests(|r| r.tests.boxes), triangles: tests(|r| r.tests.triangles) },
+            check: Check {
+                rays: check(|c| c.rays),
+                faults: check(|c| c.faults),
+                unsure: check(|c| c.unsure),
+                ..Check::default()
+            },
+            kernels,
+        }
     }
 }
 
@@ -280,9 +304,9 @@ fn table(header: &[&str]) -> Table {
     table
 }
 
-/// Words to the left, numbers to the right.
-fn finish(mut table: Table) -> String {
-    for column in table.column_iter_mut().skip(1) {
+/// The first `words` columns to the left, numbers to the right.
+fn finish(mut table: Table, words: usize) -> String {
+    for column in table.column_iter_mut().skip(words) {
         column.set_cell_alignment(CellAlignment::Right);
     }
     table.trim_fmt()

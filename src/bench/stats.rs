@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 /// What repeated measurements of one thing gave.
-#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Spread {
     /// Median: of an even number the mean of the middle two.
     pub median: f64,
@@ -63,19 +63,24 @@ pub fn settled(values: &[f64]) -> bool {
     last.max - last.min <= SETTLED * last.median
 }
 
-/// Warm-up runs at most.
-const WARM_UPS: usize = 8;
+/// Whether `most` runs are done, or fewer that have settled.
+pub(super) fn enough(most: usize, values: &[f64]) -> bool {
+    values.len() >= most || settled(values)
+}
+
+/// Warm-up runs at most, where nobody says otherwise.
+pub(super) const WARM_UPS: usize = 8;
 /// No further warm-up run is begun after this.
 const WARM_UP_TIME: Duration = Duration::from_secs(2);
 
-/// Repeats `run`, which says what it took, until three take the same time.
+/// Repeats `run`, which says what it took, until three take the same time; `most` times at most.
 ///
 /// # Errors
 /// Those of `run`.
-pub(super) fn warm_up<E>(mut run: impl FnMut() -> Result<f64, E>) -> Result<(), E> {
+pub(super) fn warm_up<E>(most: usize, mut run: impl FnMut() -> Result<f64, E>) -> Result<(), E> {
     let start = Instant::now();
     let mut times = vec![];
-    while times.len() < WARM_UPS && !settled(&times) && (times.is_empty() || start.elapsed() < WARM_UP_TIME) {
+    while !enough(most, &times) && (times.is_empty() || start.elapsed() < WARM_UP_TIME) {
         times.push(run()?);
     }
     Ok(())
@@ -88,14 +93,14 @@ mod tests {
     #[test]
     fn a_warm_up_ends_when_times_settle() {
         let mut times = [9.0, 3.0, 2.0, 2.0, 2.0, 1.0].into_iter();
-        warm_up(|| times.next().ok_or(())).unwrap_or_else(|()| panic!("went on"));
+        warm_up(WARM_UPS, || times.next().ok_or(())).unwrap_or_else(|()| panic!("went on"));
         assert_eq!(times.len(), 1);
         let mut runs = 0;
         let wild = || {
             runs += 1;
             Ok::<f64, ()>(f64::from(runs))
         };
-        assert!(warm_up(wild).is_ok() && runs == WARM_UPS as u32);
+        assert!(warm_up(WARM_UPS, wild).is_ok() && runs == WARM_UPS as u32);
     }
 
     #[test]

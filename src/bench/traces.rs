@@ -38,7 +38,7 @@ pub struct Protocol {
 }
 
 /// Box and triangle tests of a whole set.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 pub struct TestTotals {
     /// Child boxes tested.
     pub boxes: u64,
@@ -149,7 +149,9 @@ fn warm_up(
 ) -> Result<usize> {
     if device.info().is_cpu() {
         batch.set(&rays[..rays.len().min(BATCH)])?;
-        stats::warm_up(|| trace(device, bvh, batch, options, Timing::Outer).map(|times| times.device_ms))?;
+        stats::warm_up(stats::WARM_UPS, || {
+            trace(device, bvh, batch, options, Timing::Outer).map(|times| times.device_ms)
+        })?;
         return Ok(BATCH);
     }
     let mut pace = Pace::default();

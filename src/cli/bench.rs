@@ -1,181 +1,231 @@
-//! `boxwood bench`: scenes × ray kinds, measured and checked.
+//! `boxwood bench`: builders × scenes × ray sets, measured and checked.
 
 use super::files::{self, Output};
 use super::{Global, warn_of};
-use crate::bench::{Checking, Coverage, Plan, RayKind, Report, SCENES, run as measure, steps};
-use crate::bvh::Recipe;
-use crate::scene::{self, Progress, Scene};
+use crate::bench::{
+    Contender, Coverage, Header, Plan, Preset, Presets, RayFile, RayKind, RaySet, Report, Rows,
+    run as measure,
+};
+use crate::device::DeviceInfo;
+use crate::scene::{self, Progress, Scene, SceneError};
+use crate::trace::Query;
 use anyhow::{Context, Result, bail};
-use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-/// Build, trace, check and time scenes; print tables, write bench.json and bench.csv.
+/// Build, trace, check and time scenes; print tables, write rows.jsonl, bench.json and bench.csv.
 ///
-/// Rounds visit every scene in turn. Medians of all rounds; ± is the range between the quartiles, in per cent of the
-/// median. Faults are hits that the f64 reference contradicts and rounding doesn't excuse, unsure ones those that it may.
+/// Builders take turns, so that what else the machine does meets all of them alike. Medians; ± is the range between the
+/// quartiles, in per cent of the median. Faults are hits that the f64 reference contradicts and rounding doesn't excuse,
+/// unsure ones those that it may. Every finished row is in rows.jsonl at once: --resume goes on from there.
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// Scenes: files or names, as for `boxwood build`. Default: dragon, hairball:500k, city-rotated:1M.
+    /// Scenes: files or names, as for `boxwood build`. Default: the preset's.
     scenes: Vec<String>,
-    /// Kinds of rays.
-    #[arg(long, value_enum, value_delimiter = ',', default_values_t = [KindName::Primary, KindName::Ao, KindName::Diffuse])]
-    rays: Vec<KindName>,
-    /// Rounds, after a warm-up.
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
-    runs: u32,
-    /// Folder for bench.json and bench.csv.
+    /// What to measure; `--preset list` tells which there are.
+    #[arg(long, value_name = "NAME", default_value = "default")]
+    preset: String,
+    /// A file of presets and builders, like scenes/bench.toml in boxwood's sources.
+    #[arg(long, value_name = "TOML")]
+    presets: Option<PathBuf>,
+    /// Builders: recipes of the presets' file.
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    builders: Vec<String>,
+    /// Rays: primary, ao, diffuse, file:PATH for nearest hits of a file's rays, any:PATH for whether they hit.
+    #[arg(long, value_name = "SET", value_delimiter = ',')]
+    rays: Vec<String>,
+    /// Views of each scene: 1–5.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=5))]
+    views: Option<u32>,
+    /// Measured runs at most, after a warm-up; fewer where times settle.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    runs: Option<u32>,
+    /// Folder for the results.
     #[arg(long, value_name = "DIR", default_value = "results")]
     out: PathBuf,
-    /// Check up to 200,000 rays of each set against the f64 reference (the default).
-    #[arg(long, overrides_with = "no_check")]
-    check: bool,
+    /// Go on with the rows in the folder instead of beginning anew.
+    #[arg(long)]
+    resume: bool,
     /// Don't check hits.
     #[arg(long)]
     no_check: bool,
-    /// Trace all secondary rays of a picture, as GPUs do by default; software drivers trace 2^20 of them.
-    #[arg(long, conflicts_with = "quick")]
-    all: bool,
-    /// Smaller: a 512 × 384 picture, 2^16 secondary rays, scenes of 100,000 triangles unless named, 3 rounds at most.
+    /// Trace all secondary rays of a picture, as GPUs do by default; software drivers trace a sample.
     #[arg(long)]
-    quick: bool,
+    all: bool,
 }
-
-/// A kind of rays, as typed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum KindName {
-    /// From the camera.
-    Primary,
-    /// Ambient occlusion.
-    Ao,
-    /// Diffuse.
-    Diffuse,
-}
-
-/// Scenes of `--quick`.
-const QUICK: [&str; 3] = ["sphere:100k", "hairball:100k", "city-rotated:100k"];
-/// Rays of a set that `--quick` checks.
-const QUICK_CHECK: Checking = Checking::Sample { rays: 20_000 };
 
 impl Args {
-    fn plan(&self, software: bool) -> Plan {
-        let mut kinds: Vec<RayKind> = vec![];
-        for name in &self.rays {
-            let kind = match name {
-                KindName::Primary => RayKind::Primary,
-                KindName::Ao => RayKind::Ao,
-                KindName::Diffuse => RayKind::Diffuse,
-            };
-            if !kinds.contains(&kind) {
-                kinds.push(kind);
-            }
+    fn presets(&self) -> Result<Presets> {
+        let Some(path) = &self.presets else { return Ok(Presets::own()?) };
+        let text = std::fs::read_to_string(path).with_context(|| format!("can't read {}", path.display()))?;
+        Presets::parse(&text).with_context(|| path.display().to_string())
+    }
+
+    /// The preset, changed by what else was typed.
+    fn plan(&self, presets: &Presets, device: &DeviceInfo) -> Result<Plan> {
+        let preset = presets.preset(&self.preset)?;
+        let or =
+            |typed: &Vec<String>, preset: Vec<String>| if typed.is_empty() { preset } else { typed.clone() };
+        let Preset { scenes, builders, rays, views, size, warm_ups, runs, sample, check } = preset;
+        let contender = |name: &String| -> Result<Contender> {
+            Ok(Contender { name: name.clone(), recipe: presets.recipe(name)? })
+        };
+        Ok(Plan {
+            scenes: once_each(or(&self.scenes, scenes)),
+            contenders: once_each(or(&self.builders, builders))
+                .iter()
+                .map(contender)
+                .collect::<Result<_>>()?,
+            rays: once_each(or(&self.rays, rays)).iter().map(|set| ray_set(set)).collect::<Result<_>>()?,
+            views: self.views.map_or(views, |n| n as usize),
+            size,
+            warm_ups,
+            runs: self.runs.map_or(runs, |n| n as usize),
+            coverage: if self.all || !device.is_cpu() { Coverage::All } else { Coverage::sample(sample) },
+            check: if self.no_check { 0 } else { check },
+        })
+    }
+}
+
+/// What is named, the second naming of anything left out.
+fn once_each(names: Vec<String>) -> Vec<String> {
+    let mut seen = vec![];
+    for name in names {
+        if !seen.contains(&name) {
+            seen.push(name);
         }
-        let coverage = match (self.quick, self.all || !software) {
-            (true, _) => Coverage::QUICK,
-            (false, true) => Coverage::All,
-            (false, false) => Coverage::SAMPLE,
-        };
-        let checking = match (self.no_check, self.quick) {
-            (true, _) => Checking::Off,
-            (false, true) => QUICK_CHECK,
-            (false, false) => Checking::DEFAULT,
-        };
-        let runs = if self.quick { self.runs.min(3) } else { self.runs } as usize;
-        let size = if self.quick { [512, 384] } else { [1024, 768] };
-        Plan { recipe: Recipe::default(), kinds, runs, size, coverage, checking }
+    }
+    seen
+}
+
+/// A ray set as typed.
+fn ray_set(text: &str) -> Result<RaySet> {
+    let file = |path: &str, query| -> Result<RaySet> {
+        let rays = files::rays(Path::new(path))?.into();
+        Ok(RaySet::File(RayFile { path: path.into(), rays, query }))
+    };
+    match text.split_once(':') {
+        Some(("file", path)) => file(path, Query::Closest),
+        Some(("any", path)) => file(path, Query::Any),
+        _ => match RayKind::ALL.into_iter().find(|kind| kind.name() == text) {
+            Some(kind) => Ok(RaySet::Made(kind)),
+            None => {
+                let known = RayKind::ALL.map(RayKind::name).join(", ");
+                bail!("no rays are called {text:?}; there are {known}, file:PATH and any:PATH")
+            }
+        },
     }
 }
 
 /// Runs the command.
 pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
+    let presets = args.presets()?;
+    if args.preset == "list" {
+        return list(&presets);
+    }
+    // What can't be is found out before anything is opened.
+    presets.preset(&args.preset)?;
+    let device = global.open_device()?;
+    let plan = args.plan(&presets, device.info())?;
     std::fs::create_dir_all(&args.out)
         .with_context(|| format!("can't make the folder {}", args.out.display()))?;
-    let (json, csv) = (args.out.join("bench.json"), args.out.join("bench.csv"));
-    let (to_json, to_csv) = (Output::new(&json)?, Output::new(&csv)?);
-    let device = global.open_device()?;
-    let plan = args.plan(device.info().is_cpu());
-    let scenes = open(global, args)?;
+    let path = |name: &str| args.out.join(name);
+    let header = Header::new(device.info(), &plan);
+    let open = if args.resume { Rows::resume } else { Rows::create };
+    let mut rows = open(&path("rows.jsonl"), &header)?;
+    if args.resume {
+        global.remark(format_args!("resuming: {} of {} rows are there", rows.count(), plan.keys().len()));
+    }
 
-    let bar = bar(global, steps(scenes.len(), &plan));
-    let report = measure(&device, &scenes, &plan, &|step| {
+    let bar = bar(global, plan.keys().len());
+    let done = measure(&device, &plan, &|spec| open_scene(global, args, spec), &mut rows, &|step, rows| {
         bar.set_message(step.to_owned());
-        bar.inc(1);
+        bar.set_position(rows.count() as u64);
         if bar.is_hidden() {
             // No terminal: a line a step, for a log that stands still for minutes worries people.
             global.remark(step);
         }
     });
     bar.finish_and_clear();
-    let report = report?;
-
-    print(&report, &plan)?;
-    to_json.finish(files::json(&report)?.as_bytes())?;
-    to_csv.finish(&report.csv().context("can't write the CSV")?)?;
-    global.remark(format_args!("written: {}, {}", json.display(), csv.display()));
-    if report.is_clean() {
-        return Ok(());
+    if done.is_err() && rows.count() > 0 {
+        global.remark(format_args!("{} finished rows are kept: --resume goes on with them", rows.count()));
     }
-    let faulty = report.verdicts().filter(|v| !v.2.is_clean());
-    let list: Vec<String> = faulty.map(|(scene, kind, v)| format!("{scene}, {}: {v}", kind.name())).collect();
-    bail!("the hits are wrong\n{}", list.join("\n").trim_end())
+    done?;
+
+    let report = Report::new(&header, &plan, &rows);
+    print(&report, &header, &plan)?;
+    let (json, csv) = (path("bench.json"), path("bench.csv"));
+    Output::new(&json)?.finish(files::json(&report)?.as_bytes())?;
+    Output::new(&csv)?.finish(&report.csv().context("can't write the CSV")?)?;
+    global.remark(format_args!("written: {}, {}", json.display(), csv.display()));
+    match report.faults() {
+        faults if faults.is_empty() => Ok(()),
+        faults => bail!("the hits are wrong\n{}", faults.join("\n")),
+    }
 }
 
-/// The scenes; a generated one instead of one that can't be fetched.
-fn open(global: &Global, args: &Args) -> Result<Vec<Scene>> {
-    let default: &[&str] = if args.quick { &QUICK } else { &SCENES };
-    let named: Vec<&str> = args.scenes.iter().map(String::as_str).collect();
-    let specs = if named.is_empty() { default } else { &named };
-    let options = global.scene_options();
-    let mut scenes = vec![];
-    for spec in specs {
-        let scene = match scene::open(spec, &options) {
-            Ok(scene) => scene,
-            Err(e) => {
-                // Who names a scene wants that one.
-                let Some(instead) = e.instead().filter(|_| named.is_empty()) else { return Err(e.into()) };
-                tracing::warn!("{e}");
-                eprintln!("note: measuring {instead} instead of {spec}, which could not be fetched");
-                scene::open(instead, &options)?
-            }
-        };
-        warn_of(&scene);
-        scenes.push(scene);
+/// Presets and builders there are.
+fn list(presets: &Presets) -> Result<()> {
+    let mut out = std::io::stdout().lock();
+    for (name, what) in presets.list() {
+        writeln!(out, "{name:12} {what}")?;
     }
-    Ok(scenes)
+    writeln!(out, "builders: {}", presets.recipes().collect::<Vec<_>>().join(", "))?;
+    Ok(())
+}
+
+/// A scene; a generated one instead of one of a preset's that can't be fetched.
+fn open_scene(global: &Global, args: &Args, spec: &str) -> std::result::Result<Scene, SceneError> {
+    let options = global.scene_options();
+    let scene = match scene::open(spec, &options) {
+        Ok(scene) => scene,
+        Err(e) => {
+            // Who names a scene wants that one.
+            let Some(instead) = e.instead().filter(|_| args.scenes.is_empty()) else { return Err(e) };
+            tracing::warn!("{e}");
+            eprintln!("note: measuring {instead} instead of {spec}, which could not be fetched");
+            scene::open(instead, &options)?
+        }
+    };
+    warn_of(&scene);
+    Ok(scene)
 }
 
 /// The tables, and what they mean.
-fn print(report: &Report, plan: &Plan) -> Result<()> {
+fn print(report: &Report, header: &Header, plan: &Plan) -> Result<()> {
     let mut out = std::io::stdout().lock();
-    let [width, height] = report.size;
+    let [width, height] = plan.size;
     writeln!(
         out,
-        "{}, {}; boxwood {}; medians of {} rounds",
-        report.device, report.driver, report.commit, report.runs
+        "{}, {}; boxwood {}; medians of at most {} runs, fewer where times settled",
+        header.device, header.driver, header.commit, plan.runs
     )?;
     writeln!(
         out,
-        "\nBuilds: bounds, Morton codes, sort, PLOC, leaves by cost, layout\n{}",
+        "\nBuilds: bounds, Morton codes, sort, tree, leaves by cost, layout\n{}",
         report.build_table()
     )?;
-    let which = match report.coverage {
-        Coverage::All => "all of them".to_owned(),
-        Coverage::Spans { count, rays } => {
-            format!("a sample of at most {} from {count} parts of the picture", count * rays)
-        }
-    };
-    writeln!(
-        out,
-        "\nRays: {width} × {height} primaries; 32 secondaries a hit, {which}\n{}",
-        report.ray_table()
-    )?;
-    match plan.checking {
-        Checking::Off => writeln!(out, "Hits were not checked.")?,
-        Checking::Sample { rays } => writeln!(
+    if !plan.rays.is_empty() {
+        let which = match plan.coverage {
+            Coverage::All => "all of them".to_owned(),
+            Coverage::Spans { count, rays } => {
+                format!("a sample of at most {} from {count} parts of each picture", count * rays)
+            }
+        };
+        writeln!(
             out,
-            "Faults: hits of up to {rays} rays a set that the f64 reference contradicts; unsure: where rounding may be the reason."
-        )?,
+            "\nRays: {} views of {width} × {height} primaries; 32 secondaries a hit, {which}\n{}",
+            plan.views,
+            report.ray_table()
+        )?;
+        match plan.check {
+            0 => writeln!(out, "Hits were not checked.")?,
+            rays => writeln!(
+                out,
+                "Faults: hits of up to {rays} rays a set and view that the f64 reference contradicts; unsure: where rounding may be the reason."
+            )?,
+        }
     }
     writeln!(
         out,
@@ -186,14 +236,14 @@ fn print(report: &Report, plan: &Plan) -> Result<()> {
 }
 
 /// Shows the step, on a terminal.
-fn bar(global: &Global, steps: usize) -> ProgressBar {
+fn bar(global: &Global, rows: usize) -> ProgressBar {
     let target = match global.progress() {
         Progress::Bars => ProgressDrawTarget::stderr(),
         Progress::Quiet => ProgressDrawTarget::hidden(),
     };
-    let bar = ProgressBar::with_draw_target(Some(steps as u64), target);
+    let bar = ProgressBar::with_draw_target(Some(rows as u64), target);
     bar.enable_steady_tick(std::time::Duration::from_millis(250));
-    match ProgressStyle::with_template("{spinner} {pos}/{len} {wide_msg} {elapsed}") {
+    match ProgressStyle::with_template("{spinner} {pos}/{len} rows {wide_msg} {elapsed}") {
         Ok(style) => bar.with_style(style),
         Err(_) => bar,
     }

@@ -101,7 +101,7 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
 
     let mut kernels = builds.kernels;
     let Traced { submits: count, device: device_ms, wall, .. } = &traced;
-    kernels.push(KernelTime { name: options.walk.kernel_name(), count: *count, ms: device_ms.median });
+    kernels.push(KernelTime { name: options.walk.kernel_name().into(), count: *count, ms: device_ms.median });
     let hits = traced.hits.iter().filter(|h| h.is_hit()).count();
     let mrays_s = device_ms.rate(rays.len()).median;
     global.remark(format_args!(

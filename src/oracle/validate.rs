@@ -43,7 +43,7 @@ impl Claims {
 }
 
 /// What a sound tree is like. Areas are over the area of the scene's box.
-#[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Stats {
     /// Packed nodes, of two to four children; of one where the whole scene is one leaf.
     pub nodes: usize,

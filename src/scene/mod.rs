@@ -76,6 +76,11 @@ impl Scene {
         self.views.first().copied().unwrap_or_else(|| Camera::default_for(&self.bounds()))
     }
 
+    /// The scene's own views, or else its one default view.
+    pub fn views(&self) -> Vec<Camera> {
+        if self.views.is_empty() { vec![self.view()] } else { self.views.clone() }
+    }
+
     /// Bounds of all finite triangles; empty (lo > hi) where there are none.
     pub fn bounds(&self) -> Aabb {
         let mut b = Aabb { lo: [f32::INFINITY; 3], hi: [f32::NEG_INFINITY; 3] };

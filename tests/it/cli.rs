@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 /// A folder with two triangles over each other, three rays down, and no hits yet.
-struct Folder(tempfile::TempDir);
+pub struct Folder(tempfile::TempDir);
 
 impl Folder {
-    fn new() -> Self {
+    pub fn new() -> Self {
         let folder = Self(tempfile::tempdir().unwrap());
         let floor = |z: f32| [0.0, 0.0, z, 4.0, 0.0, z, 0.0, 4.0, z];
         // The third can't be hit.
@@ -22,11 +22,11 @@ impl Folder {
         folder
     }
 
-    fn path(&self, name: &str) -> PathBuf {
+    pub fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }
 
-    fn write(&self, name: &str, floats: &[f32]) {
+    pub fn write(&self, name: &str, floats: &[f32]) {
         let bytes: Vec<u8> = floats.iter().flat_map(|x| x.to_le_bytes()).collect();
         fs::write(self.path(name), bytes).unwrap();
     }
@@ -40,12 +40,19 @@ impl Folder {
         names
     }
 
-    fn run(&self, args: &[&str]) -> Output {
-        Command::new(env!("CARGO_BIN_EXE_boxwood")).args(args).current_dir(self.0.path()).output().unwrap()
+    /// The program, to be run in the folder.
+    pub fn command(&self, args: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_boxwood"));
+        command.args(args).current_dir(self.0.path());
+        command
+    }
+
+    pub fn run(&self, args: &[&str]) -> Output {
+        self.command(args).output().unwrap()
     }
 
     /// Runs what must fail with `code`: says so in one line of stderr that holds `words`, and writes nothing.
-    fn fails(&self, args: &[&str], code: i32, words: &str) {
+    pub fn fails(&self, args: &[&str], code: i32, words: &str) {
         let before = self.names();
         let out = self.run(args);
         let stderr = String::from_utf8(out.stderr).unwrap();
@@ -160,22 +167,4 @@ fn bad_input_is_named() {
     folder.fails(&["build", "two.tri", "--costs", "1"], 2, "costs");
     folder.fails(&["build"], 2, "required");
     folder.fails(&["nonesuch"], 2, "nonesuch");
-}
-
-#[test]
-fn bench_writes_its_tables() {
-    let folder = Folder::new();
-    let out = folder.run(&["bench", "sphere:2k", "--quick", "--runs", "1", "--out", "r"]);
-    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
-    let json: Value = serde_json::from_slice(&fs::read(folder.path("r/bench.json")).unwrap()).unwrap();
-    let sets = json["scenes"][0]["sets"].as_array().unwrap();
-    assert_eq!(
-        sets.iter().map(|s| s["kind"].as_str().unwrap()).collect::<Vec<_>>(),
-        ["primary", "ao", "diffuse"]
-    );
-    for set in sets {
-        assert!(set["rays"].as_u64().unwrap() > 0 && set["check"]["rays"].as_u64().unwrap() > 0, "{set}");
-    }
-    let csv = fs::read_to_string(folder.path("r/bench.csv")).unwrap();
-    assert_eq!(csv.lines().count(), 4, "{csv}");
 }

@@ -2,6 +2,7 @@
 
 mod adversarial;
 mod assisted;
+mod bench;
 mod cli;
 mod collapse;
 mod device;

@@ -1,0 +1,288 @@
+//! Presets of the benchmark: `scenes/bench.toml`, in which an entry takes what it doesn't say from its parent.
+
+use crate::bvh::{Collapse, Morton, Recipe};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+
+/// The presets that boxwood comes with.
+const OWN: &str = include_str!("../../scenes/bench.toml");
+
+/// A preset or recipe that can't be had.
+#[derive(Debug, thiserror::Error)]
+pub enum PresetError {
+    /// The file is no TOML, or says what no preset has.
+    #[error("the presets can't be read: {0}")]
+    Toml(#[from] Box<toml::de::Error>),
+    /// No such entry.
+    #[error("no {what} is called {name:?}; there are: {known}")]
+    Unknown {
+        /// `preset` or `builder`.
+        what: &'static str,
+        /// As given.
+        name: String,
+        /// Those there are.
+        known: String,
+    },
+    /// An entry is among its own parents.
+    #[error("the {what} {name:?} is its own ancestor")]
+    Circle {
+        /// `preset` or `builder`.
+        what: &'static str,
+        /// Its name.
+        name: String,
+    },
+    /// Neither an entry nor its parents say something.
+    #[error("the {what} {name:?} and its parents don't say `{field}`")]
+    Silent {
+        /// `preset` or `builder`.
+        what: &'static str,
+        /// Its name.
+        name: String,
+        /// What is missing.
+        field: &'static str,
+    },
+    /// A value that makes no sense.
+    #[error("the {what} {name:?} says {field} = {value}: {want}")]
+    Value {
+        /// `preset` or `builder`.
+        what: &'static str,
+        /// Its name.
+        name: String,
+        /// The field.
+        field: &'static str,
+        /// Its value.
+        value: String,
+        /// What would make sense.
+        want: &'static str,
+    },
+}
+
+type Result<T> = std::result::Result<T, PresetError>;
+
+/// An entry that inherits.
+trait Inherit: Clone {
+    const WHAT: &'static str;
+    fn parent(&self) -> Option<&str>;
+    /// Fills in what this one doesn't say.
+    fn or(self, parent: Self) -> Self;
+}
+
+macro_rules! entry {
+    ($( #[doc = $doc:literal] )* $name:ident ($what:literal) { $( $field:ident : $kind:ty ),* $(,)? }) => {
+        $( #[doc = $doc] )*
+        #[derive(Debug, Clone, Default, Deserialize)]
+        #[serde(deny_unknown_fields, rename_all = "kebab-case")]
+        struct $name { parent: Option<String>, $( $field: Option<$kind> ),* }
+        impl Inherit for $name {
+            const WHAT: &'static str = $what;
+            fn parent(&self) -> Option<&str> { self.parent.as_deref() }
+            fn or(self, other: Self) -> Self {
+                Self { parent: other.parent, $( $field: self.$field.or(other.$field) ),* }
+            }
+        }
+    };
+}
+
+entry! {
+    /// A `[recipes.NAME]`.
+    RecipeEntry ("builder") {
+        builder: String, morton: String, radius: u32, traversal_cost: f32, triangle_cost: f32, max_leaf: u32,
+    }
+}
+entry! {
+    /// A `[presets.NAME]`.
+    PresetEntry ("preset") {
+        what: String, scenes: Vec<String>, builders: Vec<String>, rays: Vec<String>, views: usize, width: u32,
+        height: u32, warm_ups: usize, runs: usize, sample: usize, check: usize,
+    }
+}
+
+/// The whole file.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Presets {
+    recipes: BTreeMap<String, RecipeEntry>,
+    presets: BTreeMap<String, PresetEntry>,
+}
+
+/// A preset with its parents' values; the words are those of `scenes/bench.toml`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Preset {
+    /// Files, names, or `set:NAME`.
+    pub scenes: Vec<String>,
+    /// Names of recipes.
+    pub builders: Vec<String>,
+    /// Ray sets.
+    pub rays: Vec<String>,
+    /// Views of each scene, 1–5.
+    pub views: usize,
+    /// Picture width and height, pixels.
+    pub size: [u32; 2],
+    /// Warm-ups at most.
+    pub warm_ups: usize,
+    /// Measured runs at most.
+    pub runs: usize,
+    /// Secondary rays of a view on software drivers; 0: all.
+    pub sample: usize,
+    /// Rays of a set that are checked; 0: none.
+    pub check: usize,
+}
+
+impl Presets {
+    /// Those that boxwood comes with.
+    ///
+    /// # Errors
+    /// None in practice: a test reads them.
+    pub fn own() -> Result<Self> {
+        Self::parse(OWN)
+    }
+
+    /// Those of a TOML text like `scenes/bench.toml`.
+    ///
+    /// # Errors
+    /// [`PresetError::Toml`] with the line.
+    pub fn parse(text: &str) -> Result<Self> {
+        toml::from_str(text).map_err(|e| PresetError::Toml(Box::new(e)))
+    }
+
+    /// Names of presets and what they are for.
+    pub fn list(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.presets.iter().map(|(name, p)| (name.as_str(), p.what.as_deref().unwrap_or("")))
+    }
+
+    /// Names of recipes: what `--builders` takes.
+    pub fn recipes(&self) -> impl Iterator<Item = &str> {
+        self.recipes.keys().map(String::as_str).filter(|name| *name != "default")
+    }
+
+    /// The preset `name`.
+    ///
+    /// # Errors
+    /// It or a parent isn't there, or leaves something open.
+    pub fn preset(&self, name: &str) -> Result<Preset> {
+        let p = resolve(&self.presets, name)?;
+        let missing = |field| silent("preset", name, field);
+        let preset = Preset {
+            scenes: p.scenes.ok_or_else(missing("scenes"))?,
+            builders: p.builders.ok_or_else(missing("builders"))?,
+            rays: p.rays.ok_or_else(missing("rays"))?,
+            views: p.views.ok_or_else(missing("views"))?,
+            size: [p.width.ok_or_else(missing("width"))?, p.height.ok_or_else(missing("height"))?],
+            warm_ups: p.warm_ups.ok_or_else(missing("warm-ups"))?,
+            runs: p.runs.ok_or_else(missing("runs"))?,
+            sample: p.sample.ok_or_else(missing("sample"))?,
+            check: p.check.ok_or_else(missing("check"))?,
+        };
+        let wrong = |field, value: usize, want| {
+            Err(PresetError::Value {
+                what: "preset",
+                name: name.into(),
+                field,
+                value: value.to_string(),
+                want,
+            })
+        };
+        match &preset {
+            p if !(1..=5).contains(&p.views) => wrong("views", p.views, "1 to 5 are there"),
+            p if p.runs == 0 => wrong("runs", 0, "at least 1"),
+            p if p.size.contains(&0) => wrong("width or height", 0, "at least 1"),
+            _ => Ok(preset),
+        }
+    }
+
+    /// The recipe `name`.
+    ///
+    /// # Errors
+    /// It or a parent isn't there, leaves something open, or is out of range.
+    pub fn recipe(&self, name: &str) -> Result<Recipe> {
+        let r = resolve(&self.recipes, name)?;
+        let missing = |field| silent("builder", name, field);
+        let wrong = |field, value: String, want| PresetError::Value {
+            what: "builder",
+            name: name.into(),
+            field,
+            value,
+            want,
+        };
+        let morton = r.morton.ok_or_else(missing("morton"))?;
+        let morton = match morton.as_str() {
+            "auto" => Morton::Auto,
+            "30" => Morton::Bits30,
+            "63" => Morton::Bits63,
+            _ => return Err(wrong("morton", morton, "30, 63 or auto")),
+        };
+        let collapse = Collapse {
+            traversal_cost: r.traversal_cost.ok_or_else(missing("traversal-cost"))?,
+            triangle_cost: r.triangle_cost.ok_or_else(missing("triangle-cost"))?,
+            max_leaf: r.max_leaf.ok_or_else(missing("max-leaf"))?,
+        };
+        let recipe = Recipe { morton, radius: r.radius.ok_or_else(missing("radius"))?, collapse };
+        recipe.check().map_err(|e| wrong("a value", e.to_string(), "see `boxwood build --help`"))?;
+        Ok(recipe)
+    }
+}
+
+fn silent(what: &'static str, name: &str, field: &'static str) -> impl FnOnce() -> PresetError {
+    let name = name.to_owned();
+    move || PresetError::Silent { what, name, field }
+}
+
+/// The entry `name` with what its parents say.
+fn resolve<T: Inherit>(entries: &BTreeMap<String, T>, name: &str) -> Result<T> {
+    let mut seen = vec![name.to_owned()];
+    let find = |name: &str| {
+        entries.get(name).cloned().ok_or_else(|| PresetError::Unknown {
+            what: T::WHAT,
+            name: name.to_owned(),
+            known: entries.keys().filter(|k| *k != "default").cloned().collect::<Vec<_>>().join(", "),
+        })
+    };
+    let mut entry = find(name)?;
+    while let Some(parent) = entry.parent().map(str::to_owned) {
+        if seen.contains(&parent) {
+            return Err(PresetError::Circle { what: T::WHAT, name: parent });
+        }
+        entry = entry.or(find(&parent)?);
+        seen.push(parent);
+    }
+    Ok(entry)
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn own_presets_are_whole() {
+        let own = Presets::own().unwrap();
+        for (name, what) in own.list() {
+            let preset = own.preset(name).unwrap();
+            assert!(!what.is_empty(), "{name}");
+            for builder in &preset.builders {
+                own.recipe(builder).unwrap();
+            }
+        }
+        assert_eq!(own.recipe("ploc").unwrap(), Recipe::default());
+        assert!(own.recipes().all(|r| own.recipe(r).is_ok()));
+    }
+
+    #[test]
+    fn children_say_what_differs() {
+        let text = "[recipes.a]\nbuilder='ploc'\nmorton='30'\nradius=4\ntraversal-cost=1\ntriangle-cost=1\nmax-leaf=4\n\
+                    [recipes.b]\nparent='a'\nradius=9\n[recipes.c]\nparent='b'\nmorton='63'\n\
+                    [recipes.o]\nparent='p'\n[recipes.p]\nparent='o'\n[recipes.s]\nmorton='30'\n\
+                    [recipes.w]\nparent='a'\nradius=999\n[presets]";
+        let presets = Presets::parse(text).unwrap();
+        let c = presets.recipe("c").unwrap();
+        assert_eq!((c.radius, c.morton, c.collapse.max_leaf), (9, Morton::Bits63, 4));
+        let error = |name: &str| presets.recipe(name).unwrap_err().to_string();
+        assert!(error("o").contains("its own ancestor"), "{}", error("o"));
+        assert!(error("x").contains("there are: a, b, c"), "{}", error("x"));
+        assert!(error("s").contains("don't say"), "{}", error("s"));
+        assert!(error("w").contains("999"), "{}", error("w"));
+        assert!(
+            Presets::parse("[recipes.a]\nradios=1\n[presets]").unwrap_err().to_string().contains("radios")
+        );
+    }
+}

@@ -1,0 +1,393 @@
+//! Rows of a benchmark, and the file that gets each of them the moment it is finished: a line of JSON a row, after one
+//! that says what was measured on what. A run that was cut off goes on from there.
+
+use super::plan::Key;
+use super::{KernelTime, Plan, Spread, TestTotals};
+use crate::device::DeviceInfo;
+use crate::oracle::compare::Verdict;
+use crate::oracle::validate::Stats;
+use serde::{Deserialize, Serialize};
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// What a run was about: the first line.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Header {
+    /// Device name.
+    pub device: String,
+    /// Driver name and version.
+    pub driver: String,
+    /// Commit that was measured.
+    pub commit: String,
+    /// As [`Plan::fingerprint`].
+    pub plan: String,
+}
+
+impl Header {
+    /// Of `plan` on a device.
+    pub fn new(device: &DeviceInfo, plan: &Plan) -> Self {
+        Self {
+            device: device.name.clone(),
+            driver: device.driver.clone(),
+            commit: env!("BOXWOOD_COMMIT").to_owned(),
+            plan: plan.fingerprint(),
+        }
+    }
+
+    /// The first thing in which a run can't be one with `other`: its name, here, there.
+    fn difference<'a>(&'a self, other: &'a Self) -> Option<[&'a str; 3]> {
+        [
+            ["device", &self.device, &other.device],
+            ["driver", &self.driver, &other.driver],
+            ["commit", &self.commit, &other.commit],
+            ["plan", &self.plan, &other.plan],
+        ]
+        .into_iter()
+        .find(|[_, a, b]| a != b)
+    }
+}
+
+/// A tree of a scene, and what building it took.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct BuildRow {
+    /// As the plan has it.
+    pub scene: String,
+    /// The contender's name.
+    pub builder: String,
+    /// Triangles, those left out included.
+    pub triangles: usize,
+    /// Device time of a build, ms.
+    pub build_ms: Spread,
+    /// Wall time of a build, ms.
+    pub build_wall_ms: Spread,
+    /// Bytes of the tree.
+    pub bvh_bytes: u64,
+    /// Most memory held beside scene and tree while building, bytes.
+    pub scratch_bytes: u64,
+    /// What the tree is like.
+    pub tree: Stats,
+    /// SHA-256 of the tree.
+    pub tree_hash: String,
+    /// Build time by kernel, of one run with a stamp a kernel.
+    pub kernels: Vec<KernelTime>,
+}
+
+/// A set of rays, traced through a tree.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RayRow {
+    /// As the plan has it.
+    pub scene: String,
+    /// The contender's name.
+    pub builder: String,
+    /// The view, from 1; 0: of a file.
+    pub view: usize,
+    /// Which rays, as typed.
+    pub set: String,
+    /// Kernel that traced them.
+    pub kernel: String,
+    /// Rays of a run.
+    pub rays: usize,
+    /// Those that hit something.
+    pub hits: usize,
+    /// Device time, ms.
+    pub trace_ms: Spread,
+    /// Tests of each ray walking alone, of all rays.
+    pub tests: TestTotals,
+    /// Time by kernel, of one run with a stamp a kernel.
+    pub kernels: Vec<KernelTime>,
+    /// Hits against the reference, on a sample of the rays.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub check: Option<Check>,
+}
+
+impl RayRow {
+    /// Millions of rays a second.
+    pub fn mrays_s(&self) -> Spread {
+        self.trace_ms.rate(self.rays)
+    }
+}
+
+/// A verdict in numbers.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Check {
+    /// Rays judged.
+    pub rays: usize,
+    /// Hits that the reference contradicts and rounding doesn't excuse; and faults of the reference itself.
+    pub faults: usize,
+    /// Hits that it contradicts where rounding may be the reason.
+    pub unsure: usize,
+    /// Missed hits, unsure ones too.
+    pub missed: usize,
+    /// Hits where there is none, unsure ones too.
+    pub false_hits: usize,
+    /// Hits on another surface, unsure ones too.
+    pub leaked: usize,
+    /// Hits on a triangle that no tie explains, unsure ones too.
+    pub wrong_triangle: usize,
+    /// The whole verdict, where there are faults.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub verdict: Option<String>,
+}
+
+impl From<&Verdict> for Check {
+    fn from(v: &Verdict) -> Self {
+        let stable = v.missed_stable + v.false_stable + v.leaked_stable + v.wrong_triangle_stable;
+        let all = v.missed + v.false_hits + v.leaked + v.wrong_triangle;
+        Self {
+            rays: v.rays,
+            faults: stable + v.malformed + v.brute.map_or(0, |b| b.disagreements),
+            unsure: all - stable,
+            missed: v.missed,
+            false_hits: v.false_hits,
+            leaked: v.leaked,
+            wrong_triangle: v.wrong_triangle,
+            verdict: (!v.is_clean()).then(|| v.to_string()),
+        }
+    }
+}
+
+/// A line of the file.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(tag = "row", rename_all = "lowercase")]
+enum Line {
+    Header(Header),
+    Build(BuildRow),
+    Rays(RayRow),
+}
+
+/// A file of rows that can't be used.
+#[derive(Debug, thiserror::Error)]
+pub enum RowsError {
+    /// It can't be read or written.
+    #[error("can't {doing} {}: {source}", path.display())]
+    Io {
+        /// What was tried.
+        doing: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        source: io::Error,
+    },
+    /// A line is none of ours.
+    #[error("{}, line {line}: {why}; give another --out, or leave out --resume", path.display())]
+    Line {
+        /// The file.
+        path: PathBuf,
+        /// From 1.
+        line: usize,
+        /// What is wrong.
+        why: String,
+    },
+    /// Its rows are of another run.
+    #[error(
+        "can't go on with {}: its {what} is {there}, and here it is {here}; give the same arguments, another --out, or leave out --resume", path.display()
+    )]
+    Other {
+        /// The file.
+        path: PathBuf,
+        /// In what it differs.
+        what: String,
+        /// What the file says.
+        there: String,
+        /// What this run says.
+        here: String,
+    },
+}
+
+type Result<T> = std::result::Result<T, RowsError>;
+
+/// Rows that are finished, in memory and in their file.
+#[derive(Debug)]
+pub struct Rows {
+    path: PathBuf,
+    file: File,
+    builds: Vec<BuildRow>,
+    rays: Vec<RayRow>,
+}
+
+impl Rows {
+    /// A new file at `path`; one that is there already gets `.old` at its name's end.
+    ///
+    /// # Errors
+    /// [`RowsError::Io`].
+    pub fn create(path: &Path, header: &Header) -> Result<Self> {
+        let io = |doing| move |source| RowsError::Io { doing, path: path.to_owned(), source };
+        if path.exists() {
+            let mut old = path.as_os_str().to_owned();
+            old.push(".old");
+            fs::rename(path, old).map_err(io("rename"))?;
+        }
+        let file = OpenOptions::new().append(true).create_new(true).open(path).map_err(io("make"))?;
+        let mut rows = Self { path: path.to_owned(), file, builds: vec![], rays: vec![] };
+        rows.write(&Line::Header(header.clone()))?;
+        Ok(rows)
+    }
+
+    /// Goes on with the file at `path`, or begins it where there is none. A last line that was cut off is dropped.
+    ///
+    /// # Errors
+    /// The file is damaged, or of another run than `header` says.
+    pub fn resume(path: &Path, header: &Header) -> Result<Self> {
+        let io = |doing| move |source| RowsError::Io { doing, path: path.to_owned(), source };
+        let bytes = match fs::read(path) {
+            Ok(bytes) => bytes,
+            Err(e) if e.kind() == io::ErrorKind::NotFound => return Self::create(path, header),
+            Err(e) => return Err(io("read")(e)),
+        };
+        let whole = bytes.iter().rposition(|b| *b == b'\n').map_or(0, |last| last + 1);
+        if whole == 0 {
+            return Self::create(path, header);
+        }
+        let file = OpenOptions::new().append(true).open(path).map_err(io("write"))?;
+        file.set_len(whole as u64).map_err(io("write"))?;
+        let mut rows = Self { path: path.to_owned(), file, builds: vec![], rays: vec![] };
+        for (i, text) in bytes[..whole].split(|b| *b == b'\n').enumerate().filter(|(_, t)| !t.is_empty()) {
+            rows.take(i + 1, text, header)?;
+        }
+        Ok(rows)
+    }
+
+    /// Takes in a line that was read.
+    fn take(&mut self, line: usize, text: &[u8], header: &Header) -> Result<()> {
+        let wrong = |why: String| RowsError::Line { path: self.path.clone(), line, why };
+        match (line, serde_json::from_slice(text).map_err(|e| wrong(e.to_string()))?) {
+            (1, Line::Header(there)) => {
+                if let Some([what, there, here]) = there.difference(header) {
+                    let (what, there, here) = (what.into(), there.into(), here.into());
+                    return Err(RowsError::Other { path: self.path.clone(), what, there, here });
+                }
+            }
+            (1, _) => return Err(wrong("it does not begin with what was measured".into())),
+            (_, Line::Header(_)) => return Err(wrong("a second beginning".into())),
+            (_, Line::Build(row)) => self.builds.push(row),
+            (_, Line::Rays(row)) => self.rays.push(row),
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, line: &Line) -> Result<()> {
+        let io = |source| RowsError::Io { doing: "write", path: self.path.clone(), source };
+        let mut text = serde_json::to_vec(line).map_err(|e| io(e.into()))?;
+        text.push(b'\n');
+        // One write, so that a line is there whole or is the last and cut off.
+        self.file.write_all(&text).and_then(|()| self.file.sync_data()).map_err(io)
+    }
+
+    /// Adds a finished build.
+    ///
+    /// # Errors
+    /// [`RowsError::Io`].
+    pub fn push_build(&mut self, row: BuildRow) -> Result<()> {
+        let line = Line::Build(row);
+        self.write(&line)?;
+        if let Line::Build(row) = line {
+            self.builds.push(row);
+        }
+        Ok(())
+    }
+
+    /// Adds a finished set of rays.
+    ///
+    /// # Errors
+    /// [`RowsError::Io`].
+    pub fn push_rays(&mut self, row: RayRow) -> Result<()> {
+        let line = Line::Rays(row);
+        self.write(&line)?;
+        if let Line::Rays(row) = line {
+            self.rays.push(row);
+        }
+        Ok(())
+    }
+
+    /// Rows there are.
+    pub fn count(&self) -> usize {
+        self.builds.len() + self.rays.len()
+    }
+
+    /// Whether the row of `key` is there.
+    pub fn has(&self, key: &Key) -> bool {
+        match &key.rays {
+            None => self.build(key).is_some(),
+            Some(_) => self.rays(key).is_some(),
+        }
+    }
+
+    /// The build of `key`.
+    pub fn build(&self, key: &Key) -> Option<&BuildRow> {
+        let mut builds = self.builds.iter();
+        builds.find(|r| key.rays.is_none() && r.scene == key.scene && r.builder == key.builder)
+    }
+
+    /// The rays of `key`.
+    pub fn rays(&self, key: &Key) -> Option<&RayRow> {
+        let (view, set) = key.rays.as_ref()?;
+        let same = |r: &&RayRow| (r.view, &r.set) == (*view, set);
+        self.rays.iter().find(|r| r.scene == key.scene && r.builder == key.builder && same(r))
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    fn header(commit: &str) -> Header {
+        Header { device: "d".into(), driver: "v".into(), commit: commit.into(), plan: "p".into() }
+    }
+
+    fn row(scene: &str) -> BuildRow {
+        BuildRow {
+            scene: scene.into(),
+            builder: "ploc".into(),
+            triangles: 7,
+            build_ms: Spread::of(&[0.1, 0.3]),
+            build_wall_ms: Spread::of(&[0.7]),
+            bvh_bytes: 1,
+            scratch_bytes: 2,
+            tree: Stats { sah: 1.0 / 3.0, area_by_level: vec![1.0, 0.1 + 0.2], ..Stats::default() },
+            tree_hash: "ff".into(),
+            kernels: vec![KernelTime { name: "a/b".into(), count: 1, ms: 0.1 }],
+        }
+    }
+
+    fn key(scene: &str) -> Key {
+        Key { scene: scene.into(), builder: "ploc".into(), rays: None }
+    }
+
+    #[test]
+    fn rows_outlive_a_cut() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("rows.jsonl");
+        let mut rows = Rows::create(&path, &header("c")).unwrap();
+        rows.push_build(row("a")).unwrap();
+        let kept = fs::metadata(&path).unwrap().len();
+        rows.push_build(row("b")).unwrap();
+        let whole = fs::read(&path).unwrap();
+        // Cut anywhere within the last line: the first row is there, bit for bit, and the second can be added anew.
+        for length in [kept, kept + 1, whole.len() as u64 - 1] {
+            fs::write(&path, &whole[..length as usize]).unwrap();
+            let mut again = Rows::resume(&path, &header("c")).unwrap();
+            assert_eq!((again.count(), again.build(&key("a"))), (1, Some(&row("a"))));
+            assert!(!again.has(&key("b")));
+            again.push_build(row("b")).unwrap();
+            assert_eq!(fs::read(&path).unwrap(), whole);
+        }
+        fs::write(&path, &whole[..5]).unwrap();
+        assert_eq!(Rows::resume(&path, &header("c")).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn rows_of_another_run_are_refused() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("rows.jsonl");
+        Rows::create(&path, &header("c")).unwrap().push_build(row("a")).unwrap();
+        let error = Rows::resume(&path, &header("x")).unwrap_err().to_string();
+        assert!(error.contains("its commit is c, and here it is x"), "{error}");
+        let text = fs::read_to_string(&path).unwrap();
+        fs::write(&path, text.replace("tree_hash", "tree_rash")).unwrap();
+        assert!(Rows::resume(&path, &header("c")).unwrap_err().to_string().contains("line 2"));
+        assert_eq!(Rows::create(&path, &header("c")).unwrap().count(), 0);
+        assert!(dir.path().join("rows.jsonl.old").exists());
+    }
+}
