@@ -25,7 +25,7 @@ void main() {
         }
         uint wanted = next.clusters > TAIL_CLUSTERS ? (next.clusters + args.tile - 1) / args.tile : 0;
         // As Recorder::dispatch shapes a grid.
-        next.groups = wanted == 0 ? uvec3(0) : uvec3(min(wanted, 32768u), (wanted + 32767u) / 32768u, 1);
+        next.groups = wanted == 0 ? uvec3(0) : uvec3(min(wanted, GRID_WIDTH), (wanted + GRID_WIDTH - 1) / GRID_WIDTH, 1);
         P(state).at[args.round + 1] = next;
     }
 }

@@ -30,6 +30,8 @@ constants! {
     UNHITTABLE_KEY = 0x8000_0000;
     /// Clusters at and below which one workgroup runs PLOC's remaining rounds in one dispatch.
     TAIL_CLUSTERS = 2048;
+    /// Workgroups in a grid's first dimension at most; the rest go to the second.
+    GRID_WIDTH = 32768;
     /// Largest triangle count of a leaf.
     MAX_LEAF = 64;
 

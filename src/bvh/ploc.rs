@@ -7,9 +7,9 @@ use super::morton::Space;
 use super::sort::Order;
 use super::{Build, BuildError, Result};
 use crate::abi::{
-    Aabb, Cluster, INVALID, LEAF_BIT, PlocCountArgs, PlocLeavesArgs, PlocMergeArgs, PlocRoot, PlocScanArgs,
-    PlocSearchArgs, PlocState, PlocTailArgs, RawLink, RawNode, SPEC_ITEMS, SPEC_RADIUS, SPEC_WG,
-    TAIL_CLUSTERS,
+    Aabb, Cluster, GRID_WIDTH, INVALID, LEAF_BIT, PlocCountArgs, PlocLeavesArgs, PlocMergeArgs, PlocRoot,
+    PlocScanArgs, PlocSearchArgs, PlocState, PlocTailArgs, RawLink, RawNode, SPEC_ITEMS, SPEC_RADIUS,
+    SPEC_WG, TAIL_CLUSTERS,
 };
 use crate::device::{Buffer, Recorder};
 use crate::kernels;
@@ -142,7 +142,7 @@ fn grid(clusters: u32, tile: u32) -> [u32; 3] {
         return [0; 3];
     }
     let groups = clusters.div_ceil(tile);
-    [groups.min(32768), groups.div_ceil(32768), 1]
+    [groups.min(GRID_WIDTH), groups.div_ceil(GRID_WIDTH), 1]
 }
 
 /// Rounds to record before looking: each leaves about 0.7 of the clusters; empty ones cost next to nothing.

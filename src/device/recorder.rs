@@ -3,7 +3,7 @@
 use super::buffer::Allocated;
 use super::error::{Context, DeviceError, Result};
 use super::{Buffer, Device, lock};
-use crate::abi::{Args, PUSH_BYTES};
+use crate::abi::{Args, GRID_WIDTH, PUSH_BYTES};
 use crate::kernels::Kernel;
 use ash::vk;
 use gpu_allocator::MemoryLocation;
@@ -14,8 +14,6 @@ use std::time::{Duration, Instant};
 
 /// Passes that one recorder can stamp.
 const STAMPS: u32 = 4096;
-/// Grids wider than this are two-dimensional. `glsl/ploc/scan.comp` shapes its grids likewise.
-const GRID: u32 = 32768;
 
 /// What to stamp. Stamps cost time themselves, so totals come from runs with outer stamps only.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -204,7 +202,14 @@ impl Recorder {
         }
         self.bind(kernel, constants, &args)?;
         // SAFETY: a pipeline is bound with all it needs; each count is within Vulkan's least limit of 65535.
-        unsafe { self.device.raw.cmd_dispatch(self.commands, groups.min(GRID), groups.div_ceil(GRID), 1) };
+        unsafe {
+            self.device.raw.cmd_dispatch(
+                self.commands,
+                groups.min(GRID_WIDTH),
+                groups.div_ceil(GRID_WIDTH),
+                1,
+            )
+        };
         self.after_pass(kernel.name);
         self.unlabel();
         Ok(())

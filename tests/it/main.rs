@@ -7,6 +7,7 @@ mod cli;
 mod collapse;
 mod device;
 mod gpu;
+mod grid;
 mod layers;
 mod layout;
 mod matrix;
