@@ -49,6 +49,19 @@ struct Place {
     path: Vec<(Vec<u32>, Bounds)>,
 }
 
+impl Place {
+    /// What its box and those above it that don't hold triangle `t` have in common; none where it holds `t` itself.
+    fn region(&self, t: u32) -> Option<Bounds> {
+        let foreign = self.path.iter().filter(|(below, _)| !below.contains(&t)).map(|(_, b)| *b);
+        let common = |a: Bounds, b: Bounds| {
+            let greatest = std::array::from_fn(|k| a[0][k].max(b[0][k]));
+            [greatest, std::array::from_fn(|k| a[1][k].min(b[1][k]))]
+        };
+        // A node that holds it has only such above it.
+        foreign.reduce(common)
+    }
+}
+
 fn below(tree: &HostTree, child: Child) -> Vec<u32> {
     match child {
         Child::Leaf { first, count } => (first..first + count).collect(),
@@ -107,10 +120,14 @@ fn side(t: [Point; 3], k: usize, plane: f64, sign: f64) -> Vec<[Point; 3]> {
 }
 
 fn area_inside(t: [Point; 3], bounds: &Bounds) -> f64 {
+    if (0..3).any(|k| bounds[0][k] > bounds[1][k]) {
+        return 0.0;
+    }
     let mut parts = vec![t];
-    for k in 0..3 {
-        parts = parts.into_iter().flat_map(|t| side(t, k, bounds[0][k], 1.0)).collect();
-        parts = parts.into_iter().flat_map(|t| side(t, k, bounds[1][k], -1.0)).collect();
+    for (bound, sign) in bounds.iter().zip([1.0, -1.0]) {
+        for (k, plane) in bound.iter().enumerate() {
+            parts = parts.into_iter().flat_map(|t| side(t, k, *plane, sign)).collect();
+        }
     }
     parts.iter().map(area).sum()
 }
@@ -129,21 +146,9 @@ fn overlap(tree: &HostTree, claims: &Claims) -> [f64; 2] {
             }
             Child::Leaf { count, .. } => (1, f64::from(triangle_cost) * f64::from(count)),
         };
-        for t in 0..count {
-            let foreign: Vec<&Bounds> =
-                n.path.iter().filter(|(below, _)| !below.contains(&t)).map(|(_, b)| b).collect();
-            // A node holds what is in one below it: the last of the path decides.
-            if !n.path.last().unwrap().0.contains(&t) {
-                let start = [[f64::NEG_INFINITY; 3], [f64::INFINITY; 3]];
-                let region: Bounds = foreign.iter().fold(start, |r, b| {
-                    std::array::from_fn(|i| {
-                        std::array::from_fn(
-                            |k| if i == 0 { r[0][k].max(b[0][k]) } else { r[1][k].min(b[1][k]) },
-                        )
-                    })
-                });
-                let empty = (0..3).any(|k| region[0][k] > region[1][k]);
-                sums[term] += if empty { 0.0 } else { cost * area_inside(all[t as usize], &region) };
+        for (t, corners) in (0..count).zip(&all) {
+            if let Some(region) = n.region(t) {
+                sums[term] += cost * area_inside(*corners, &region);
             }
         }
     }

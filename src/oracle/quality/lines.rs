@@ -71,10 +71,10 @@ impl Slabs {
 
     fn meets(&self, b: &Box64) -> bool {
         let (mut near, mut far) = (f64::NEG_INFINITY, f64::INFINITY);
-        for k in 0..3 {
-            let x = (b[0][k] - self.origin[k]) * self.inverse[k];
-            let y = (b[1][k] - self.origin[k]) * self.inverse[k];
-            let (x, y) = if self.inverse[k] < 0.0 { (y, x) } else { (x, y) };
+        for (k, inverse) in self.inverse.into_iter().enumerate() {
+            let x = (b[0][k] - self.origin[k]) * inverse;
+            let y = (b[1][k] - self.origin[k]) * inverse;
+            let (x, y) = if inverse < 0.0 { (y, x) } else { (x, y) };
             near = if x > near { x } else { near };
             far = if y < far { y } else { far };
         }
@@ -83,8 +83,8 @@ impl Slabs {
 }
 
 impl Survey<'_> {
-    /// How many leaves each line meets: those whose boxes it crosses, and all boxes above them. None where it takes more than
-    /// `budget`.
+    /// How many leaves each line meets: those whose boxes it crosses, and all boxes above them. None where it takes
+    /// more than `budget`.
     pub fn leaves_met(&self, lines: &[Line], budget: &Budget) -> Option<Vec<u32>> {
         let chunk = |lines: &[Line]| {
             let mut stack = vec![];
