@@ -29,6 +29,10 @@
 //! - **leaf, inner node**: of the packed tree; a *raw* node is one of the binary tree before collapse.
 //! - **collapse**: making a subtree one leaf where the surface area heuristic says that it costs less.
 //! - **SAH cost**: `[c_T Σ_inner A + c_I Σ_leaf A n] / A_scene`, A half surface areas, n triangles \[WALD07\].
+//! - **EPO**, end-point overlap: cost, expected at a point of the surface, of the nodes whose boxes hold the point and
+//!   which don't hold its triangle \[AILA13\].
+//! - **LCV**, leaf-count variability: standard deviation of the number of leaves that a ray meets \[AILA13\].
+//! - **wide SAH cost**: the SAH cost of the packed tree, `c_T / 2` for each child of a node.
 //! - **Morton rank**: a triangle's place in Morton order.
 //! - **unit space**: scene coordinates scaled by a power of two so that the longest edge lies in ½…1, less an anchor.
 //! - **robust, fast**: the watertight triangle test with exact signs; Möller–Trumbore.
@@ -37,6 +41,7 @@
 //!
 //! # Bibliography
 //! - \[AILA09\] Aila, Laine: Understanding the efficiency of ray traversal on GPUs. HPG 2009.
+//! - \[AILA13\] Aila, Karras, Laine: On quality metrics of bounding volume hierarchies. HPG 2013.
 //! - \[EDELSBRUNNER90\] Edelsbrunner, Mücke: Simulation of simplicity. ACM ToG 9(1), 1990.
 //! - \[GOLDSMITH87\] Goldsmith, Salmon: Automatic creation of object hierarchies for ray tracing. CG&A 7(5), 1987.
 //! - \[KARRAS12\] Karras: Maximizing parallelism in the construction of BVHs, octrees and k-d trees. HPG 2012.

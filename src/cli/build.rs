@@ -5,8 +5,10 @@ use super::choices::{Builder, RecipeArgs, ReportArgs};
 use super::files::{Output, emit};
 use super::{Global, explain};
 use crate::bench::{Builds, KernelTime, measure_builds};
-use crate::bvh::{Recipe, SceneBuffers};
+use crate::bvh::{Bvh, Recipe, SceneBuffers};
 use crate::device::Device;
+use crate::oracle::quality::{Quality, measure};
+use crate::oracle::validate::Claims;
 use crate::scene::Scene;
 use anyhow::Result;
 
@@ -19,6 +21,10 @@ pub(super) struct Args {
     recipe: RecipeArgs,
     #[command(flatten)]
     report: ReportArgs,
+    /// Check the tree, and measure what its SAH cost doesn't see: end-point overlap, leaf-count variability, area by
+    /// level.
+    #[arg(long)]
+    quality: bool,
 }
 
 /// What `build` and `query` report of a build.
@@ -54,6 +60,8 @@ struct Report<'a> {
     kernels: &'a [KernelTime],
     #[serde(skip_serializing_if = "Option::is_none")]
     check: Option<Checks>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    quality: Option<Quality>,
 }
 
 impl BuildReport {
@@ -120,12 +128,28 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     if args.report.explain {
         explain::build(&builds.built);
     }
-    let check = if args.report.check {
+    // A tree that is not sound has no quality.
+    let check = if args.report.check || args.quality {
         Some(Checks::of_tree(global, &scene, &builds.built.bvh, &recipe)?)
     } else {
         None
     };
+    let quality = if args.quality { Some(measured(global, &builds.built.bvh, &recipe)?) } else { None };
     let faults = check.as_ref().and_then(Checks::faults);
-    emit(&Report { build: &build, kernels: &builds.kernels, check }, json)?;
+    emit(&Report { build: &build, kernels: &builds.kernels, check, quality }, json)?;
     check::fail_on(faults)
+}
+
+/// The quality of a sound tree, and a line for people.
+fn measured(global: &Global, bvh: &Bvh, recipe: &Recipe) -> Result<Quality> {
+    let quality = measure(&bvh.read()?, &Claims::of(bvh, recipe.collapse));
+    let error = match quality.epo_sampled {
+        0 => String::new(),
+        points => format!(" ± {:.4} (from {points} points)", quality.epo_error),
+    };
+    global.remark(format_args!(
+        "quality: end-point overlap {:.4}{error}, wide SAH cost {:.2}; a ray meets {:.2} leaves, deviation {:.2}",
+        quality.epo, quality.wide_sah, quality.leaves_per_ray, quality.lcv
+    ));
+    Ok(quality)
 }

@@ -10,6 +10,7 @@ pub mod exact;
 pub mod layout;
 pub mod morton;
 pub mod ploc;
+pub mod quality;
 pub mod rays;
 pub mod reference;
 pub mod scan;

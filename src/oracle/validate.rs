@@ -196,18 +196,19 @@ fn is_hittable([a, b, c]: [[f32; 3]; 3]) -> bool {
 }
 
 /// Corners of a box, least first.
-type Box64 = [[f64; 3]; 2];
+pub(super) type Box64 = [[f64; 3]; 2];
 
-const EMPTY: Box64 = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+/// Of nothing.
+pub(super) const EMPTY: Box64 = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
 
 /// Half the surface area.
-fn half_area(b: &Box64) -> f64 {
+pub(super) fn half_area(b: &Box64) -> f64 {
     let e: [f64; 3] = std::array::from_fn(|k| b[1][k] - b[0][k]);
     e[0] * e[1] + e[1] * e[2] + e[2] * e[0]
 }
 
 /// The common box.
-fn merged(a: &Box64, b: &Box64) -> Box64 {
+pub(super) fn merged(a: &Box64, b: &Box64) -> Box64 {
     [std::array::from_fn(|k| a[0][k].min(b[0][k])), std::array::from_fn(|k| a[1][k].max(b[1][k]))]
 }
 

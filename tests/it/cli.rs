@@ -137,6 +137,15 @@ fn build_says_what_it_built() {
     let json: Value = serde_json::from_slice(&out.stdout).unwrap();
     assert_eq!(json["check"]["tree"]["leaves"], 2);
     assert_eq!(json["tree_hash"].as_str().map(str::len), Some(64));
+    assert!(json["quality"].is_null());
+
+    // Two leaves apart, the scene's box as high as 1 and as wide as 4: no overlap.
+    let out = folder.run(&["build", "two.tri", "--runs", "1", "--quality", "--max-leaf", "1"]);
+    let json: Value = serde_json::from_slice(&out.stdout).unwrap();
+    let stderr = String::from_utf8_lossy(&out.stderr);
+    assert!(stderr.contains("quality: end-point overlap 0.0000, wide SAH"), "{stderr}");
+    assert_eq!((&json["quality"]["epo"], &json["quality"]["levels"][1]["leaves"]), (&0.0.into(), &2.into()));
+    assert!(json["quality"]["lcv"].as_f64().unwrap() > 0.0, "{json}");
 }
 
 #[test]

@@ -14,6 +14,7 @@ mod matrix;
 mod morton;
 mod oracle;
 mod ploc;
+mod quality;
 mod rays;
 mod scan;
 mod scene;
