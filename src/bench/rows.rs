@@ -5,6 +5,7 @@ use super::plan::Key;
 use super::{KernelTime, Plan, Spread, TestTotals};
 use crate::device::DeviceInfo;
 use crate::oracle::compare::Verdict;
+use crate::oracle::quality::Quality;
 use crate::oracle::validate::Stats;
 use serde::{Deserialize, Serialize};
 use std::fs::{self, File, OpenOptions};
@@ -67,6 +68,8 @@ pub struct BuildRow {
     pub scratch_bytes: u64,
     /// What the tree is like.
     pub tree: Stats,
+    /// How good it is beside its SAH cost.
+    pub quality: Quality,
     /// SHA-256 of the tree.
     pub tree_hash: String,
     /// Build time by kernel, of one run with a stamp a kernel.
@@ -346,6 +349,7 @@ mod tests {
             bvh_bytes: 1,
             scratch_bytes: 2,
             tree: Stats { sah: 1.0 / 3.0, area_by_level: vec![1.0, 0.1 + 0.2], ..Stats::default() },
+            quality: Quality { epo: 0.7, ..Quality::default() },
             tree_hash: "ff".into(),
             kernels: vec![KernelTime { name: "a/b".into(), count: 1, ms: 0.1 }],
         }

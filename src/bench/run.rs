@@ -6,6 +6,7 @@ use super::stats::{enough, warm_up};
 use super::{BenchError, BuildRow, Contender, Plan, Result, Rows, Spread, by_kernel};
 use crate::bvh::{Built, Bvh, SceneBuffers, build};
 use crate::device::{Device, Timing};
+use crate::oracle::quality;
 use crate::oracle::reference::Reference;
 use crate::oracle::validate::{Claims, validate};
 use crate::scene::{Scene, SceneError};
@@ -109,7 +110,8 @@ impl<'a> Stage<'a> {
     fn survey(&self, contender: &Contender, built: &Built) -> Result<BuildRow> {
         let Built { bvh, times, scratch_bytes, .. } = built;
         let tree = bvh.read()?;
-        let stats = validate(self.scene, &tree, &Claims::of(bvh, contender.recipe.collapse))
+        let claims = Claims::of(bvh, contender.recipe.collapse);
+        let stats = validate(self.scene, &tree, &claims)
             .map_err(|source| BenchError::Tree { scene: self.scene.name.clone(), source })?;
         Ok(BuildRow {
             scene: self.spec.to_owned(),
@@ -120,6 +122,7 @@ impl<'a> Stage<'a> {
             bvh_bytes: bvh.bytes(),
             scratch_bytes: *scratch_bytes,
             tree: stats,
+            quality: quality::measure(&tree, &claims),
             tree_hash: tree.hash(),
             kernels: by_kernel(&times.passes),
         })

@@ -36,7 +36,7 @@ const POINTS: [usize; 4] = [1 << 18, 1 << 15, 1 << 12, 1 << 9];
 const LINES: [usize; 4] = [1 << 14, 1 << 12, 1 << 10, 1 << 8];
 
 /// How good a tree is beside its SAH cost. All 0 but the counts where the scene has no area.
-#[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Quality {
     /// SAH cost of the packed tree: Σ_n C_n · A(n) / A(scene).
     pub wide_sah: f64,

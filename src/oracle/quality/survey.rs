@@ -6,7 +6,7 @@ use crate::bvh::{Child, HostTree};
 
 /// Nodes and leaves as far from the root as each other. Areas are over that of the scene's box, and of the boxes as they
 /// were before they went to a node's grid.
-#[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Level {
     /// Packed nodes; the one above a scene of one leaf counts, but has no area, and its leaf is of its level.
     pub nodes: usize,
