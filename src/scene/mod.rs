@@ -6,14 +6,16 @@ mod fetch;
 mod mesh;
 mod obj;
 mod open;
+mod packed;
 mod ply;
 mod procedural;
 mod progress;
+mod stl;
 mod tri;
 
 pub use camera::Camera;
 pub use error::SceneError;
-pub use open::{Name, Options, names, open};
+pub use open::{FILES, Name, Options, names, open};
 pub use progress::Progress;
 
 use crate::abi::Aabb;
