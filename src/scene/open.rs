@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use super::fetch::{self, FETCHED};
 use super::procedural::{city, hairball, sphere};
-use super::{MAX_TRIANGLES, Progress, Scene, SceneError, mesh, obj, packed, ply, stl, tri};
+use super::siblings::Siblings;
+use super::{MAX_TRIANGLES, Progress, Scene, SceneError, gltf, mesh, obj, packed, ply, stl, tri};
 
 /// How scenes are opened.
 #[derive(Debug, Clone, Default)]
@@ -53,7 +54,7 @@ pub fn names() -> &'static [Name] {
 }
 
 /// The files that [`open`] reads, in words.
-pub const FILES: &str = "a .obj, .ply, .stl or .tri file, plain or packed as .gz or .zst";
+pub const FILES: &str = "a .glb, .gltf, .obj, .ply, .stl or .tri file, plain or packed as .gz or .zst";
 
 /// Opens a mesh file, see [`FILES`], or a scene by name: see [`names`].
 ///
@@ -73,7 +74,7 @@ pub fn open(spec: &str, options: &Options) -> Result<Scene, SceneError> {
         _ => match FETCHED.iter().find(|f| f.name == spec) {
             Some(fetched) => {
                 let (path, bytes) = fetch::get(fetched, options)?;
-                let scene = parse(&path, &bytes, options.progress)?;
+                let scene = parse(&path, &bytes, Siblings::None, options.progress)?;
                 Ok(Scene { name: spec.to_owned(), views: fetched.camera.into_iter().collect(), ..scene })
             }
             None => file(spec, options.progress),
@@ -107,11 +108,12 @@ fn file(spec: &str, progress: Progress) -> Result<Scene, SceneError> {
         }
         return Err(unknown(spec));
     }
-    parse(path, &mesh::read(path, progress)?, progress)
+    parse(path, &mesh::read(path, progress)?, Siblings::Of(path), progress)
 }
 
 #[derive(Clone, Copy)]
 enum Format {
+    Gltf,
     Obj,
     Ply,
     Stl,
@@ -120,6 +122,7 @@ enum Format {
 
 fn format(path: &Path) -> Option<Format> {
     match packed::inside(path).extension()?.to_str()?.to_ascii_lowercase().as_str() {
+        "glb" | "gltf" => Some(Format::Gltf),
         "obj" => Some(Format::Obj),
         "ply" => Some(Format::Ply),
         "stl" => Some(Format::Stl),
@@ -129,11 +132,12 @@ fn format(path: &Path) -> Option<Format> {
 }
 
 /// Reads the mesh file `path`, whose contents are `bytes`, packed or not.
-fn parse(path: &Path, bytes: &[u8], progress: Progress) -> Result<Scene, SceneError> {
+fn parse(path: &Path, bytes: &[u8], siblings: Siblings<'_>, progress: Progress) -> Result<Scene, SceneError> {
     let Some(format) = format(path) else { return Err(unknown(&path.display().to_string())) };
     let bytes = &packed::unpack(path, bytes, progress)?;
     match format {
-        Format::Obj => obj::parse(path, bytes, progress),
+        Format::Gltf => gltf::parse(path, bytes, siblings, progress),
+        Format::Obj => obj::parse(path, bytes, siblings, progress),
         Format::Ply => ply::parse(path, bytes, progress),
         Format::Stl => stl::parse(path, bytes, progress),
         Format::Tri => tri::parse(path, bytes),

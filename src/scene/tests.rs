@@ -3,9 +3,13 @@
 use std::fs;
 use std::path::PathBuf;
 
+use super::siblings::Siblings;
 use super::{Options, Progress, Scene, SceneError, open};
 
+mod gltf;
+mod mtl;
 mod packed;
+mod soup;
 mod stl;
 
 const QUIET: Options = Options { progress: Progress::Quiet, cache: None };
@@ -84,6 +88,9 @@ fn samples() -> Vec<(&'static str, Vec<u8>)> {
     let soup = [[0, 1, 2], [0, 2, 3]].map(|t| t.map(|v: usize| CUBE_CORNERS[v]));
     files.push(("stl", stl::binary(b"", &soup)));
     files.push(("stl", stl::ascii("square", &soup).into_bytes()));
+    let (doc, bin) = gltf::plain(soup.as_flattened());
+    files.push(("gltf", gltf::embedded(&doc, &bin)));
+    files.push(("glb", gltf::glb(&doc, &bin)));
     files
 }
 
@@ -105,7 +112,7 @@ fn obj_as_people_write_it() {
     assert_eq!(s.positions, CUBE_CORNERS);
     assert_eq!(s.triangles, [[0, 1, 2], [0, 2, 3], [0, 1, 2]]);
     let warned: Vec<_> = s.warnings.iter().map(|w| (w.count, w.first.as_str())).collect();
-    assert_eq!(warned, [(1, "line 15"), (1, "line 14")], "{:?}", s.warnings);
+    assert_eq!(warned, [(1, "line 15"), (1, "line 14"), (1, "line 2")], "{:?}", s.warnings);
 }
 
 #[test]
@@ -258,8 +265,9 @@ fn damage_never_panics() {
     let sane = |extension: &str, bytes: &[u8]| {
         let read = match extension {
             "ply" => super::ply::parse(path, bytes, Progress::Quiet),
-            "obj" => super::obj::parse(path, bytes, Progress::Quiet),
+            "obj" => super::obj::parse(path, bytes, Siblings::None, Progress::Quiet),
             "stl" => super::stl::parse(path, bytes, Progress::Quiet),
+            "gltf" | "glb" => super::gltf::parse(path, bytes, Siblings::None, Progress::Quiet),
             _ => super::tri::parse(path, bytes),
         };
         if let Ok(s) = read {

@@ -2,7 +2,7 @@
 
 use super::*;
 
-type Soup = Vec<[[f32; 3]; 3]>;
+pub(super) type Soup = Vec<[[f32; 3]; 3]>;
 
 /// A binary STL: any header of 80 bytes.
 pub(super) fn binary(header: &[u8], soup: &[[[f32; 3]; 3]]) -> Vec<u8> {
@@ -26,7 +26,7 @@ pub(super) fn ascii(name: &str, soup: &[[[f32; 3]; 3]]) -> String {
 }
 
 /// The second reader: every number behind the word vertex, or every record.
-fn read_simply(bytes: &[u8]) -> Soup {
+pub(super) fn read_simply(bytes: &[u8]) -> Soup {
     let corners: Vec<[f32; 3]> = match std::str::from_utf8(bytes) {
         Ok(text) => {
             let lower = text.to_lowercase();
@@ -45,7 +45,7 @@ fn read_simply(bytes: &[u8]) -> Soup {
     corners.chunks(3).map(|c| [c[0], c[1], c[2]]).collect()
 }
 
-fn bits(soup: &[[[f32; 3]; 3]]) -> Vec<[[u32; 3]; 3]> {
+pub(super) fn bits(soup: &[[[f32; 3]; 3]]) -> Vec<[[u32; 3]; 3]> {
     soup.iter().map(|t| t.map(|v| v.map(f32::to_bits))).collect()
 }
 
