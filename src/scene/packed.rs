@@ -46,7 +46,7 @@ pub(super) fn inside(path: &Path) -> Cow<'_, Path> {
 /// What is in the file `path` whose bytes are `bytes`: those bytes, or what they unpack to.
 ///
 /// # Errors
-/// Damaged or cut short, with the byte; more than a mesh of that size unpacks to, or than memory holds.
+/// Damaged, cut short or unpacking to more than any mesh of that size: with the byte. More than memory holds.
 pub(super) fn unpack<'b>(
     path: &Path,
     bytes: &'b [u8],
@@ -61,9 +61,9 @@ pub(super) fn unpack<'b>(
     };
     let mut out = Vec::new();
     loop {
-        let too_large = |what: String| SceneError::TooLarge { name: path.display().to_string(), what };
-        out.try_reserve(CHUNK).map_err(|_| {
-            too_large(format!("what it unpacks to, over {} bytes, doesn't fit in memory", out.len()))
+        out.try_reserve(CHUNK).map_err(|_| SceneError::TooLarge {
+            name: path.display().to_string(),
+            what: format!("what it unpacks to, over {} bytes, doesn't fit in memory", out.len()),
         })?;
         let got = (&mut stream).take(CHUNK as u64).read_to_end(&mut out);
         let at = bytes.len() - stream.left();
@@ -74,7 +74,8 @@ pub(super) fn unpack<'b>(
         bar.set_position(at as u64);
         if out.len() as u64 > limit {
             let what = format!("its {} bytes unpack to over {limit}, which no mesh does", bytes.len());
-            return Err(too_large(what));
+            let fix = "if it is a mesh all the same, unpack it by hand and give the plain file";
+            return Err(SceneError::invalid(path, format!("byte {at} of {}", bytes.len()), what, fix));
         }
         if got == 0 {
             bar.finish_and_clear();
