@@ -7,8 +7,7 @@
 // Differs: rays are taken one a lane, as the authors' later kernels do, not from a batch that a warp keeps.
 #include "lib/walk.glsl"
 
-// Fewer live lanes than this share, in eighths, are too few: the authors' 20 of 32.
-const uint LIVE_EIGHTHS = 5;
+layout(constant_id = SPEC_FEW) const uint FEW = 0;
 
 bool is_leaf(uint node) { return node >= LEAF_BIT && node != INVALID; }
 
@@ -40,7 +39,7 @@ void main() {
                 node = s.valid ? args.root : INVALID;
             }
         }
-        uint enough = left ? max(1, lanes * LIVE_EIGHTHS / 8) : 1, live;
+        uint enough = left ? max(1, lanes * FEW / 8) : 1, live;
         do {
             do {
                 if (node < LEAF_BIT) node = descend(node, s, negative, nearest, tests);

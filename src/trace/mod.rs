@@ -6,8 +6,8 @@ pub mod rays;
 pub use coherence::is_coherent;
 
 use crate::abi::{
-    Hit, PtrMut, Ray, SPEC_ANY, SPEC_COUNT, SPEC_ITEMS, SPEC_LEAF_BITS, SPEC_ROBUST, SPEC_STACK, SPEC_WG,
-    Tests, TraceArgs, WIDTH,
+    Hit, PtrMut, Ray, SPEC_ANY, SPEC_COUNT, SPEC_FEW, SPEC_ITEMS, SPEC_LEAF_BITS, SPEC_ROBUST, SPEC_STACK,
+    SPEC_WG, Tests, TraceArgs, WIDTH,
 };
 use crate::bvh::Bvh;
 use crate::device::{Buffer, Device, DeviceError, Recorder, Result, Times, Timing};
@@ -177,6 +177,7 @@ fn record(rec: &mut Recorder, bvh: &Bvh, batch: &Batch, options: Options) -> Res
         (SPEC_ANY, (options.query == Query::Any).into()),
         (SPEC_COUNT, batch.tests.is_some().into()),
         (SPEC_ROBUST, (options.precision == Precision::Robust).into()),
+        (SPEC_FEW, shape.persistent_few),
     ];
     let count = batch.count as u32;
     let filled = count.div_ceil(items * shape.trace_workgroup);
