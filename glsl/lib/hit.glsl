@@ -157,5 +157,10 @@ Hit hit_of(Setup s, Nearest nearest) {
     if (ANY != 0) return Hit(0.0, INVALID, 0.0, 0.0);
     // +inf means a miss: a t beyond the floats (a denormal direction has such) becomes the largest of them.
     float t = min(scaled(nearest.t, s.t_exponent), 3.4028235e38);
+    // A denormal t is put together by integers: some devices would make it 0.
+    if (t == 0.0) {
+        float units = scaled(nearest.t, s.t_exponent + 149);
+        t = uintBitsToFloat(floatBitsToUint(units) & 0x80000000u | uint(roundEven(abs(units))));
+    }
     return Hit(t, nearest.triangle, nearest.uv.x, nearest.uv.y);
 }

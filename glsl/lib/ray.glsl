@@ -31,12 +31,21 @@ struct Setup {
 
 bool finite(float x) { return (floatBitsToUint(x) & 0x7f800000u) != 0x7f800000u; }
 bool is_nan(float x) { return (floatBitsToUint(x) & 0x7fffffffu) > 0x7f800000u; }
-float power_of_two(int exponent) { return uintBitsToFloat(uint(exponent + 127) << 23); }
 
-// x · 2^exponent for |exponent| below 378: in three factors, for one could overflow where the product does not.
+// The exponent, biased by 127, of the positive float of these bits, which become those of a normal float of the same
+// mantissa. By integers: to floating point, denormal numbers may be 0.
+int exponent_of(inout uint bits) {
+    if (bits >= 0x00800000u) return int(bits >> 23);
+    bits = floatBitsToUint(float(bits));  // units of 2⁻¹⁴⁹
+    return int(bits >> 23) - 149;
+}
+
+// x · 2^exponent, exactly; 0 of x's sign where that is below 2⁻¹²⁶.
 float scaled(float x, int exponent) {
-    int third = exponent / 3;
-    return x * power_of_two(third) * power_of_two(third) * power_of_two(exponent - 2 * third);
+    uint sign_bit = floatBitsToUint(x) & 0x80000000u, bits = floatBitsToUint(x) ^ sign_bit;
+    if (bits == 0u || bits >= 0x7f800000u) return x;
+    int e = exponent_of(bits) + exponent;
+    return uintBitsToFloat(sign_bit | (e < 1 ? 0u : e > 254 ? 0x7f800000u : bits & 0x007fffffu | uint(e) << 23));
 }
 
 Setup prepare(Ray ray) {
@@ -44,18 +53,13 @@ Setup prepare(Ray ray) {
     vec3 d = ray.direction, o = ray.origin;
     s.valid = finite(d.x) && finite(d.y) && finite(d.z) && finite(o.x) && finite(o.y) && finite(o.z)
               && !is_nan(ray.t_min) && !is_nan(ray.t_max);
-    float largest = max(abs(d.x), max(abs(d.y), abs(d.z)));
-    // A denormal direction is raised first, so that it has an exponent to read.
-    int lift = floatBitsToUint(largest) < 0x00800000u ? 64 : 0;
-    if (lift != 0) {
-        d *= 18446744073709551616.0;
-        largest *= 18446744073709551616.0;
-    }
-    s.valid = s.valid && largest > 0.0;
-    int exponent = int(floatBitsToUint(largest) >> 23) - 127;
+    uvec3 sizes = floatBitsToUint(d) & 0x7fffffffu;
+    uint largest = max(sizes.x, max(sizes.y, sizes.z));
+    s.valid = s.valid && largest > 0u;
+    int exponent = exponent_of(largest) - 127;
     d = vec3(scaled(d.x, -exponent), scaled(d.y, -exponent), scaled(d.z, -exponent));
     s.direction = d;
-    s.t_exponent = lift - exponent - args.exponent;
+    s.t_exponent = -exponent - args.exponent;
     s.t_min = scaled(ray.t_min, -s.t_exponent);
     s.t_max = scaled(ray.t_max, -s.t_exponent);
 

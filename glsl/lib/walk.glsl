@@ -21,8 +21,8 @@ uint descend(uint node, Setup s, bvec3 negative, Nearest nearest, inout Tests te
     return node == INVALID ? pop_within(nearest.t) : node;
 }
 
-// Meets the triangles of a leaf; returns what comes next.
-uint meet_leaf(uint leaf, Setup s, inout Nearest nearest, inout Tests tests) {
+// Meets the triangles of a leaf; returns whether an any-hit query is answered.
+bool meet_triangles(uint leaf, Setup s, inout Nearest nearest, inout Tests tests) {
     uint place = leaf_first(leaf);
     uint end = place + leaf_count(leaf);
     bool done = false;
@@ -31,5 +31,10 @@ uint meet_leaf(uint leaf, Setup s, inout Nearest nearest, inout Tests tests) {
         PackedTriangle triangle = LOAD_PackedTriangle(triangles, place);
         done = meet_triangle(s, triangle, nearest);
     }
-    return done ? INVALID : pop_within(nearest.t);
+    return done;
+}
+
+// Likewise; returns what comes next.
+uint meet_leaf(uint leaf, Setup s, inout Nearest nearest, inout Tests tests) {
+    return meet_triangles(leaf, s, nearest, tests) ? INVALID : pop_within(nearest.t);
 }

@@ -24,15 +24,27 @@ uint spread(uint x) {
     return (x | x << 2) & 0x09249249u;
 }
 
+// Powers of two by which coordinates are multiplied, lest differences overflow (a half), their reciprocals lose bits
+// (2⁻⁶⁴), or differences be denormal, which some devices take for 0 (2⁶⁴). What is tiny has no extent along an axis on
+// which it lies far out.
+vec3 factors(vec3 lo, vec3 hi) {
+    vec3 extent = hi * 0.5 - lo * 0.5;
+    float longest = max(extent.x, max(extent.y, extent.z));
+    if (longest > 1.152921504606847e18) return vec3(5.421010862427522e-20);
+    if (longest > 9.094947017729282e-13) return vec3(0.5);
+    return mix(vec3(18446744073709551616.0), vec3(0.0), greaterThan(max(abs(lo), abs(hi)), vec3(1.0)));
+}
+
 void main() {
-    vec3 lo, extent;
+    vec3 lo, hi;
     for (int k = 0; k < 3; ++k) {
         lo[k] = unordered(P(bounds).at[0].lo[k]);
-        extent[k] = unordered(P(bounds).at[0].hi[k]) * 0.5 - lo[k] * 0.5;  // half, lest it overflow
+        hi[k] = unordered(P(bounds).at[0].hi[k]);
     }
+    vec3 factor = factors(lo, hi);
+    precise vec3 extent = hi * factor - lo * factor;
     float longest = max(extent.x, max(extent.y, extent.z));
-    // Out of the range where the reciprocal is a normal number: one point, or nothing a float can tell apart.
-    float scale = longest > 1e-37 && longest < 1e37 ? reciprocal(longest) : 0.0;
+    float scale = longest > 0.0 ? reciprocal(longest) : 0.0;
     uint ones = 0, zeros = 0, low_ones = 0, low_zeros = 0;
     FOR_ITEMS(i, args.count) {
         Corners t = LOAD_CORNERS(triangles, i);
@@ -43,7 +55,8 @@ void main() {
             continue;
         }
         precise vec3 least = min(t.a, min(t.b, t.c)), greatest = max(t.a, max(t.b, t.c));
-        precise vec3 centre = ((least * 0.5 - lo * 0.5) + (greatest * 0.5 - lo * 0.5)) * (0.5 * scale);
+        precise vec3 centre =
+            ((least * factor - lo * factor) + (greatest * factor - lo * factor)) * (0.5 * scale);
         // 21 bits an axis; the upper ten of each are the 30-bit code.
         precise vec3 cell = centre * 2097152.0;
         uvec3 q = min(uvec3(max(cell, vec3(0.0))), uvec3(2097151u));

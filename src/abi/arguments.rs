@@ -279,7 +279,7 @@ abi! {
         /// Triangles in leaf order: input indices.
         sequence: PtrMut<u32>,
     }
-    @kernel "trace/single" "trace/refill" "trace/packet"
+    @kernel "trace/single" "trace/refill" "trace/persistent" "trace/packet"
     struct TraceArgs {
         /// Rays, scene space.
         rays: Ptr<Ray>,
@@ -291,6 +291,8 @@ abi! {
         hits: PtrMut<Hit>,
         /// One a ray; not followed where SPEC_COUNT is 0.
         tests: PtrMut<Tests>,
+        /// Rays that `trace/persistent` has taken: one number.
+        next: PtrShared<u32>,
         /// Rays.
         count: u32,
         /// Root of the packed tree.

@@ -54,4 +54,6 @@ constants! {
     SPEC_COUNT = 7;
     /// 1: watertight triangle test with exact signs, 0: Möller–Trumbore.
     SPEC_ROBUST = 8;
+    /// Fewer live rays than this many eighths of a subgroup are too few to go on with; 0: none.
+    SPEC_FEW = 9;
 }

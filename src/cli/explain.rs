@@ -19,6 +19,7 @@ pub(super) fn trace(device: &Device, options: Options, counting: Counting, trace
     let why = match options.walk {
         Walk::Single => "an invocation a ray",
         Walk::Refill => "an invocation takes its next ray as soon as it is done with one",
+        Walk::Persistent => "invocations take rays until there are none",
         Walk::Packet => "a subgroup walks the tree together",
     };
     let others: Vec<&str> =

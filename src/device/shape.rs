@@ -25,6 +25,10 @@ pub struct Shape {
     pub search_in_registers: bool,
     /// Rays that an invocation of `trace/refill` takes, one after the other.
     pub refill: u32,
+    /// Workgroups of `trace/persistent`: as many as the device runs at once. More do no harm, for they find no ray left.
+    pub persistent_groups: u32,
+    /// `trace/persistent` takes rays as soon as fewer than this many eighths of a subgroup have one; 0: once none has.
+    pub persistent_few: u32,
     /// Whether packets may pay: rays that walk the tree a subgroup at a time.
     pub packets: bool,
     /// Threads that workgroups are dealt to; 1 on a GPU.
@@ -52,6 +56,9 @@ impl Shape {
             trace_workgroup: 64,
             search_in_registers: true,
             refill: 16,
+            persistent_groups: threads.max(1),
+            // The least process time of 0, 4, 5, 6, 7 and 8 on most sets of rays.
+            persistent_few: 0,
             packets: true,
             threads: threads.max(1),
         }
@@ -69,6 +76,10 @@ impl Shape {
             trace_workgroup: 64,
             search_in_registers: false,
             refill: 4,
+            // 2^18 invocations: 128 multiprocessors of 2048.
+            persistent_groups: 4096,
+            // The authors' 20 of 32.
+            persistent_few: 5,
             packets: false,
             threads: 1,
         }

@@ -28,7 +28,9 @@ impl Packer<'_> {
         let at = (TRIANGLE_WORDS * to) as usize;
         let corners = self.scene.corners(t as usize);
         for (k, x) in corners.iter().flatten().enumerate() {
-            self.triangles[at + k] = (x * self.scale).to_bits();
+            let y = x * self.scale;
+            let y = if y.abs() < f32::MIN_POSITIVE { 0f32.copysign(y) } else { y };
+            self.triangles[at + k] = y.to_bits();
         }
         self.triangles[at + 9] = t;
     }

@@ -71,11 +71,29 @@ pub fn reciprocal(x: f32) -> f32 {
     r
 }
 
-/// Cell of a triangle's centre in the scene's bounds: 21 bits an axis.
-fn cell(corners: Corners, lo: [f32; 3], scale: f32) -> [u32; 3] {
+fn longest(lo: [f32; 3], hi: [f32; 3]) -> f32 {
+    (0..3).map(|k| hi[k] - lo[k]).fold(f32::NEG_INFINITY, greatest_of)
+}
+
+/// Powers of two by which coordinates are multiplied, so that no difference overflows or is denormal.
+fn factors(bounds: &Aabb) -> [f32; 3] {
+    let [lo, hi] = [bounds.lo, bounds.hi].map(|p| p.map(|x| x * 0.5));
+    let longest = longest(lo, hi);
+    if longest > 2f32.powi(60) {
+        [2f32.powi(-64); 3]
+    } else if longest > 2f32.powi(-40) {
+        [0.5; 3]
+    } else {
+        std::array::from_fn(|k| if lo[k].abs().max(hi[k].abs()) > 0.5 { 0.0 } else { 2f32.powi(64) })
+    }
+}
+
+/// Cell of a triangle's centre in the scene's bounds: 21 bits an axis. `lo` has been multiplied
+/// by `factor`.
+fn cell(corners: Corners, lo: [f32; 3], factor: [f32; 3], scale: f32) -> [u32; 3] {
     let Aabb { lo: least, hi: greatest } = triangle_bounds(corners);
     std::array::from_fn(|k| {
-        let centre = ((least[k] * 0.5 - lo[k] * 0.5) + (greatest[k] * 0.5 - lo[k] * 0.5)) * (0.5 * scale);
+        let centre = ((least[k] * factor[k] - lo[k]) + (greatest[k] * factor[k] - lo[k])) * (0.5 * scale);
         // A cast of a float too large saturates.
         (greatest_of(centre * 2_097_152.0, 0.0) as u32).min(2_097_151)
     })
@@ -89,11 +107,12 @@ fn interleave(q: [u32; 3]) -> u64 {
 
 /// A code for each triangle; those that can't be hit have one behind all others.
 fn encode(scene: &Scene, bounds: &Aabb, code: impl Fn([u32; 3]) -> u64, unhittable: u64) -> Vec<u64> {
-    let extent: [f32; 3] = std::array::from_fn(|k| bounds.hi[k] * 0.5 - bounds.lo[k] * 0.5);
-    let longest = greatest_of(extent[0], greatest_of(extent[1], extent[2]));
-    let scale = if longest > 1e-37 && longest < 1e37 { reciprocal(longest) } else { 0.0 };
+    let factor = factors(bounds);
+    let [lo, hi] = [bounds.lo, bounds.hi].map(|p| std::array::from_fn(|k| p[k] * factor[k]));
+    let longest = longest(lo, hi);
+    let scale = if longest > 0.0 { reciprocal(longest) } else { 0.0 };
     let corners = (0..scene.triangles.len()).map(|i| scene.corners(i));
-    corners.map(|c| if hittable(c) { code(cell(c, bounds.lo, scale)) } else { unhittable }).collect()
+    corners.map(|c| if hittable(c) { code(cell(c, lo, factor, scale)) } else { unhittable }).collect()
 }
 
 /// 30-bit codes: ten bits an axis.

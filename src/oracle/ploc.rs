@@ -61,7 +61,8 @@ pub fn partner_of(i: u32, key: u32, radius: u32) -> u32 {
 pub fn leaves(scene: &Scene, order: &[u32], space: &Space, collapse: &Collapse) -> (Vec<Aabb>, Vec<Cluster>) {
     let leaf = |(i, t): (usize, &u32)| {
         let scene_box = triangle_bounds(scene.corners(*t as usize));
-        let unit = |p: [f32; 3]| std::array::from_fn(|k| p[k] * space.scale - space.anchor[k]);
+        let settled = |x: f32| if x.abs() < 1.0 / 1_099_511_627_776.0 { 0.0 } else { x };
+        let unit = |p: [f32; 3]| std::array::from_fn(|k| settled(p[k] * space.scale - space.anchor[k]));
         let bounds = Aabb { lo: unit(scene_box.lo), hi: unit(scene_box.hi) };
         let cost = collapse.triangle_cost * half_area(&bounds);
         (bounds, Cluster { node: LEAF_BIT | i as u32, rank: i as u32, count: 1, cost })

@@ -43,14 +43,15 @@ pub struct Setup {
     pub valid: bool,
 }
 
-fn power_of_two(exponent: i32) -> f32 {
-    f32::from_bits(((exponent + 127) as u32) << 23)
+/// x · 2^exponent, exactly; what is denormal is rounded. In f64 every f32 is normal.
+fn rescaled(x: f32, exponent: i32) -> f32 {
+    (f64::from(x) * 2f64.powi(exponent)) as f32
 }
 
-/// x · 2^exponent for |exponent| below 378.
+/// Likewise; what is denormal becomes 0 of x's sign, as it is to some devices.
 fn scaled(x: f32, exponent: i32) -> f32 {
-    let third = exponent / 3;
-    x * power_of_two(third) * power_of_two(third) * power_of_two(exponent - 2 * third)
+    let exact = f64::from(x) * 2f64.powi(exponent);
+    if exact.abs() < f64::from(f32::MIN_POSITIVE) { 0f32.copysign(x) } else { exact as f32 }
 }
 
 /// Prepares `ray` for a tree of unit space `space`.
@@ -59,18 +60,14 @@ pub fn prepare(ray: &Ray, space: &Space) -> Setup {
     let finite = d.iter().chain(&o).all(|x| x.is_finite());
     let mut largest = d.iter().fold(0.0, |a, x| f32::max(a, x.abs()));
     let valid = finite && !ray.t_min.is_nan() && !ray.t_max.is_nan() && largest > 0.0;
-    let lift = if largest < f32::MIN_POSITIVE { 64 } else { 0 };
-    if lift != 0 {
-        d = d.map(|x| x * 18_446_744_073_709_551_616.0);
-        largest *= 18_446_744_073_709_551_616.0;
-    }
     if !valid {
         d = [0.0, 0.0, 1.0];
         largest = 1.0;
     }
-    let exponent = (largest.to_bits() >> 23) as i32 - 127;
+    // In f64 every f32 is normal.
+    let exponent = (f64::from(largest).to_bits() >> 52) as i32 - 1023;
     d = d.map(|x| scaled(x, -exponent));
-    let t_exponent = lift - exponent - space.exponent;
+    let t_exponent = -exponent - space.exponent;
 
     o = o.map(|x| scaled(x, space.exponent));
     let moved: V3 = std::array::from_fn(|k| o[k] - space.anchor[k]);
@@ -311,7 +308,7 @@ impl Tree<'_> {
             return (Hit::MISS, tests);
         }
         let [u, v] = nearest.uv;
-        (Hit { t: scaled(nearest.t, s.t_exponent).min(f32::MAX), triangle: nearest.triangle, u, v }, tests)
+        (Hit { t: rescaled(nearest.t, s.t_exponent).min(f32::MAX), triangle: nearest.triangle, u, v }, tests)
     }
 
     /// Whether `ray` hits anything: t is 0 where it does; and what was tested.

@@ -74,9 +74,10 @@ pub struct Warning {
 }
 
 impl Scene {
-    /// The corners of triangle `i`.
+    /// The corners of triangle `i`. Denormal coordinates (below 2⁻¹²⁶) count as 0, for many devices compute so.
     pub fn corners(&self, i: usize) -> [[f32; 3]; 3] {
-        self.triangles[i].map(|v| self.positions[v as usize])
+        let settled = |x: f32| if x.abs() < f32::MIN_POSITIVE { 0f32.copysign(x) } else { x };
+        self.triangles[i].map(|v| self.positions[v as usize].map(settled))
     }
 
     /// The scene's own first view, or else a three-quarter view of its bounds.

@@ -145,6 +145,16 @@ fn tri_is_a_soup() {
 }
 
 #[test]
+fn denormal_coordinates_count_as_zero() {
+    let least = f32::MIN_POSITIVE;
+    let positions = vec![[least, -least, 1.0], [least.next_down(), -1e-44, f32::from_bits(1)]];
+    let scene = Scene { positions, triangles: vec![[0, 1, 1]], ..Scene::default() };
+    let bits = scene.corners(0).map(|p| p.map(f32::to_bits));
+    assert_eq!(bits[0], [least, -least, 1.0].map(f32::to_bits));
+    assert_eq!(bits[1], [0.0f32, -0.0, 0.0].map(f32::to_bits));
+}
+
+#[test]
 fn odd_triangles_stay_in_the_numbering() {
     let mut soup = tri();
     soup[4..8].copy_from_slice(&f32::NAN.to_le_bytes());

@@ -6,8 +6,8 @@ pub mod rays;
 pub use coherence::is_coherent;
 
 use crate::abi::{
-    Hit, PtrMut, Ray, SPEC_ANY, SPEC_COUNT, SPEC_ITEMS, SPEC_LEAF_BITS, SPEC_ROBUST, SPEC_STACK, SPEC_WG,
-    Tests, TraceArgs, WIDTH,
+    Hit, PtrMut, Ray, SPEC_ANY, SPEC_COUNT, SPEC_FEW, SPEC_ITEMS, SPEC_LEAF_BITS, SPEC_ROBUST, SPEC_STACK,
+    SPEC_WG, Tests, TraceArgs, WIDTH,
 };
 use crate::bvh::Bvh;
 use crate::device::{Buffer, Device, DeviceError, Recorder, Result, Times, Timing};
@@ -58,19 +58,21 @@ pub enum Walk {
     Single,
     /// An invocation takes another ray when it is done with one: for rays that have little in common.
     Refill,
+    /// As many invocations as the device runs at once take rays until there are none, and put leaves off until the
+    /// whole subgroup has some \[AILA09\]: for rays that take unlike long.
+    Persistent,
     /// A subgroup walks the tree together: for rays that go much the same way, on devices where fetching a node for
     /// each lane is dear.
     Packet,
 }
 
 impl Walk {
+    /// Every walk. Packets come last.
+    pub const ALL: [Walk; 4] = [Walk::Single, Walk::Refill, Walk::Persistent, Walk::Packet];
+
     /// Those that may pay on `device`.
     pub fn all(device: &Device) -> &'static [Walk] {
-        if device.shape().packets {
-            &[Walk::Single, Walk::Refill, Walk::Packet]
-        } else {
-            &[Walk::Single, Walk::Refill]
-        }
+        if device.shape().packets { &Self::ALL } else { &Self::ALL[..3] }
     }
 
     /// What to take untried, by whether neighbouring rays go much the same way.
@@ -82,6 +84,7 @@ impl Walk {
         match self {
             Walk::Single => &kernels::TRACE_SINGLE,
             Walk::Refill => &kernels::TRACE_REFILL,
+            Walk::Persistent => &kernels::TRACE_PERSISTENT,
             Walk::Packet => &kernels::TRACE_PACKET,
         }
     }
@@ -101,6 +104,8 @@ pub struct Batch {
     pub hits: Buffer<Hit>,
     /// One a ray where tests are counted.
     pub tests: Option<Buffer<Tests>>,
+    /// Rays taken so far, for [`Walk::Persistent`].
+    next: Buffer<u32>,
     /// Rays in use.
     pub count: usize,
 }
@@ -115,6 +120,7 @@ impl Batch {
             rays: Buffer::new(device, "trace.rays", capacity)?,
             hits: Buffer::new(device, "trace.hits", capacity)?,
             tests: if counting { Some(Buffer::new(device, "trace.tests", capacity)?) } else { None },
+            next: Buffer::new(device, "trace.next", 1)?,
             count: 0,
         })
     }
@@ -171,16 +177,24 @@ fn record(rec: &mut Recorder, bvh: &Bvh, batch: &Batch, options: Options) -> Res
         (SPEC_ANY, (options.query == Query::Any).into()),
         (SPEC_COUNT, batch.tests.is_some().into()),
         (SPEC_ROBUST, (options.precision == Precision::Robust).into()),
+        (SPEC_FEW, shape.persistent_few),
     ];
     let count = batch.count as u32;
-    // Dealing workgroups out in turn wants as many of them as threads divide.
-    let groups = count.div_ceil(items * shape.trace_workgroup).next_multiple_of(shape.threads);
+    let filled = count.div_ceil(items * shape.trace_workgroup);
+    let groups = if options.walk == Walk::Persistent {
+        rec.fill(&batch.next, 1, 0);
+        filled.min(shape.persistent_groups)
+    } else {
+        // Dealing workgroups out in turn wants as many of them as threads divide.
+        filled.next_multiple_of(shape.threads)
+    };
     let args = TraceArgs {
         rays: batch.rays.ptr(),
         nodes: bvh.nodes.ptr(),
         triangles: bvh.triangles.ptr().cast(),
         hits: batch.hits.ptr_mut(),
         tests: batch.tests.as_ref().map_or(PtrMut::new(0), Buffer::ptr_mut),
+        next: batch.next.ptr_shared(),
         count,
         root: bvh.root,
         exponent: bvh.exponent,

@@ -83,6 +83,26 @@ fn codes_of_scenes_of_any_size_and_place() {
 }
 
 #[test]
+fn codes_know_no_size() {
+    let device = quiet();
+    let codes = |corners: &[Corners]| {
+        let soup = scene(corners);
+        assert_twin("a size", &device, &soup, &Recipe { morton: Morton::Bits63, ..Recipe::default() });
+        morton::encode_63(&soup, &morton::bounds(&soup).0)
+    };
+    // Multiples of 2⁻¹²: exact at each of these sizes.
+    let soup = moved(&random(700, 0.2, 3), |p| p.map(|x| (x * 4096.0).round() / 4096.0));
+    let plain = codes(&soup);
+    for exponent in [-113, -90, -41, 61, 100, 127] {
+        let sized = moved(&soup, |p| p.map(|x| x * 2f32.powi(exponent)));
+        assert!(codes(&sized) == plain, "· 2^{exponent}");
+    }
+    // Tiny along two axes, and far out on the third.
+    let far = |scale: f32| moved(&soup, |p| [p[0] * scale, 7.0, p[2] * scale]);
+    assert!(codes(&far(2f32.powi(-90))) == codes(&far(1.0)));
+}
+
+#[test]
 fn triangles_that_can_not_be_hit_come_last() {
     let soup = scene(&[[[f32::NAN; 3]; 3], random(1, 1.0, 2)[0], [[1.0; 3]; 3]]);
     let (bounds, hittable) = morton::bounds(&soup);

@@ -52,7 +52,7 @@ proptest! {
         corners in prop::collection::vec(prop::array::uniform3(point(lattice())), 0..60),
         lines in prop::collection::vec([point(lattice()), point(lattice())], 1..30),
         range in (-3i8..3, 0i8..4),
-        scale in prop::sample::select(vec![1.0f32, 1e-30, 1e30, f32::from_bits(1)]),
+        scale in prop::sample::select(vec![1.0f32, 1e-30, 1e30, f32::MIN_POSITIVE]),
         shift in prop::sample::select(vec![0.0f32, 1e7]),
     ) {
         // Scaled and moved together; a shift by 1e7 keeps integers exact.

@@ -18,7 +18,6 @@ use std::sync::Arc;
 
 const CLOSEST: Options = Options { query: Query::Closest, precision: Precision::Robust, walk: Walk::Single };
 const ANY: Options = Options { query: Query::Any, ..CLOSEST };
-const PACKETS: Options = Options { walk: Walk::Packet, ..CLOSEST };
 const REFILL: Options = Options { walk: Walk::Refill, ..CLOSEST };
 
 /// A tree on the device and read back.
@@ -61,12 +60,10 @@ impl<'a> Traced<'a> {
         let hits = self.hits(rays, CLOSEST);
         let twin: Vec<Hit> = rays.iter().map(|r| self.twin().closest(r).0).collect();
         assert_same_hits(&format!("{what}: device and twin"), rays, &hits, &twin);
-        for options in [PACKETS, REFILL] {
-            let others = self.hits(rays, options);
-            assert_same_hits(&format!("{what}: {:?}", options.walk), rays, &hits, &others);
-        }
-        for walk in [Walk::Single, Walk::Refill, Walk::Packet] {
+        for walk in Walk::ALL {
             let (kernel, options) = (walk.kernel_name(), Options { walk, ..ANY });
+            let others = self.hits(rays, Options { walk, ..CLOSEST });
+            assert_same_hits(&format!("{what}: {kernel}"), rays, &hits, &others);
             for (i, any) in self.hits(rays, options).iter().enumerate() {
                 let expected = if hits[i].is_hit() { Hit { t: 0.0, ..Hit::MISS } } else { Hit::MISS };
                 assert_eq!(bits(any), bits(&expected), "{what}: any hit, {kernel}, ray {i}: {:?}", rays[i]);
@@ -228,12 +225,15 @@ fn counts_are_those_of_the_twin() {
                 assert_eq!(counts(&tests[i]), counts(&twin), "boxes, triangles: {options:?}, ray {i}: {r:?}");
             }
         }
-        // A packet tests at least what its rays would alone: each alone tests less or as much.
-        let (_, alone) = traced.counted(&rays, CLOSEST);
-        let (hits, together) = traced.counted(&rays, PACKETS);
-        assert_same_hits("packets counted", &rays, &hits, &traced.hits(&rays, CLOSEST));
-        let boxes = |t: &[Tests]| t.iter().map(|t| u64::from(t.boxes)).sum::<u64>();
-        assert!(boxes(&together) >= boxes(&alone));
+        // In a packet a ray also meets what its neighbours want, speculation what a nearer hit would have hidden: each
+        // ray alone tests less or as much.
+        let (uncounted, alone) = (traced.hits(&rays, CLOSEST), traced.counted(&rays, CLOSEST).1);
+        for walk in [Walk::Packet, Walk::Persistent] {
+            let (hits, tests) = traced.counted(&rays, Options { walk, ..CLOSEST });
+            assert_same_hits(&format!("{walk:?} counted"), &rays, &hits, &uncounted);
+            let boxes = |t: &[Tests]| t.iter().map(|t| u64::from(t.boxes)).sum::<u64>();
+            assert!(boxes(&tests) >= boxes(&alone), "{walk:?}");
+        }
     }
 }
 
@@ -409,6 +409,24 @@ fn ties_go_to_the_lower_index() {
 }
 
 #[test]
+fn any_number_of_rays() {
+    let device = quiet();
+    let traced = Traced::new(&device, &scene(&random(300, 0.3, 27)), &Recipe::default());
+    // None, one, a workgroup and one more or less, and enough that invocations take several rays each.
+    let rays = random_rays(70_000, 28);
+    for n in [0, 1, 3, 63, 64, 65, 127, 129, 1000, 70_000] {
+        let hits = traced.hits(&rays[..n], CLOSEST);
+        for walk in Walk::ALL {
+            // Twice, for what a trace counts must start anew.
+            for _ in 0..2 {
+                let others = traced.hits(&rays[..n], Options { walk, ..CLOSEST });
+                assert_same_hits(&format!("{n} rays, {walk:?}"), &rays[..n], &hits, &others);
+            }
+        }
+    }
+}
+
+#[test]
 fn empty_scenes_miss() {
     let device = quiet();
     let nan = [[[f32::NAN; 3]; 3]; 3];
@@ -447,10 +465,10 @@ fn the_fast_test_is_nearly_right() {
     let rays = random_rays(3000, 26);
     let robust = traced.hits(&rays, CLOSEST);
     let single = traced.hits(&rays, Options { precision: Precision::Fast, ..CLOSEST });
-    let refill = traced.hits(&rays, Options { precision: Precision::Fast, ..REFILL });
-    let packets = traced.hits(&rays, Options { precision: Precision::Fast, ..PACKETS });
-    assert_same_hits("single rays and packets", &rays, &single, &packets);
-    assert_same_hits("one ray and several", &rays, &single, &refill);
+    for walk in Walk::ALL {
+        let others = traced.hits(&rays, Options { precision: Precision::Fast, walk, ..CLOSEST });
+        assert_same_hits(&format!("single rays and {walk:?}"), &rays, &single, &others);
+    }
     let agree = |i: &usize| {
         let (a, b) = (robust[*i], single[*i]);
         a.triangle == b.triangle && (a.t == b.t || (a.t - b.t).abs() <= 1e-3 * a.t.abs())
