@@ -46,6 +46,8 @@
 //! - \[PLOC18\] Meister, Bittner: Parallel locally-ordered clustering for BVH construction. TVCG 24(3), 2018.
 //! - \[SHEWCHUK97\] Shewchuk: Adaptive precision floating-point arithmetic and fast robust predicates. DCG 18, 1997.
 //! - \[VEVERKOVA24\] Veverková: Tight bounding volumes for BVHs. CTU in Prague, 2024: ray protocol and metrics.
+//! - \[VINKLER17\] Vinkler, Bittner, Havran: Extended Morton codes for high performance bounding volume hierarchy
+//!   construction. HPG 2017.
 //! - \[WALD07\] Wald: On fast construction of SAH-based bounding volume hierarchies. RT 2007.
 //! - \[WOOP13\] Woop, Benthin, Wald: Watertight ray/triangle intersection. JCGT 2(1), 2013.
 

@@ -20,16 +20,16 @@ abi! {
         triangles: Ptr<Pair>,
         /// One, from `morton/bounds`; gains the live bits.
         bounds: PtrMut<SceneBounds>,
-        /// Codes: 30 bits, or the upper 31 of 63.
+        /// Codes of 30 bits, or the upper 31 of 63.
         keys: PtrMut<u32>,
-        /// Low 32 of 63 bits; not followed where `wide` is 0.
+        /// Low 32 of 63 bits; not followed where `code` is [`CODE_30`].
         low_keys: PtrMut<u32>,
         /// 0, 1, 2, …
         order: PtrMut<u32>,
         /// Triangles.
         count: u32,
-        /// 1: 63-bit codes.
-        wide: u32,
+        /// Which codes: [`CODE_30`] and those that follow it.
+        code: u32,
     }
     @kernel "sort/count"
     struct SortCountArgs {

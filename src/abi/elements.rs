@@ -46,9 +46,9 @@ abi! {
         ones: u32,
         /// Bits of the (high) Morton codes that are 0 somewhere.
         zeros: u32,
-        /// As `ones`, of the low words of 63-bit codes.
+        /// As `ones`, of the low words of codes that have two.
         low_ones: u32,
-        /// As `zeros`, of the low words of 63-bit codes.
+        /// As `zeros`, of the low words.
         low_zeros: u32,
     }
     /// A cluster of PLOC, beside its box.

@@ -34,9 +34,9 @@ pub struct Built {
 /// What the stages of a build hand on, read back: for tests, which compare it with `oracle::build`.
 #[derive(Debug, Clone, Default)]
 pub struct Stages {
-    /// Codes in input order: 30 bits, or the upper 31 of 63. With [`Morton::Auto`] the 30-bit ones.
+    /// Codes in input order: of 30 bits, or the upper 31 of 63. With [`Morton::Auto`] the 30-bit ones.
     pub keys: Vec<u32>,
-    /// Low words of 63-bit codes; empty with others.
+    /// Low words of 63-bit codes; empty with 30-bit ones.
     pub low_keys: Vec<u32>,
     /// Triangles in Morton order, without those that can't be hit.
     pub order: Vec<u32>,

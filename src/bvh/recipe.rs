@@ -1,9 +1,9 @@
 //! What to build: every choice of a build with its unit, range and effect.
 
 use super::{BuildError, Result};
-use crate::abi::MAX_LEAF;
+use crate::abi::{CODE_30, CODE_63, CODE_EXT4, CODE_EXT7, MAX_LEAF};
 
-/// Length of the Morton codes that order the triangles.
+/// The Morton codes that order the triangles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Morton {
     /// 30 bits, and 63 where too many triangles share a code.
@@ -13,6 +13,36 @@ pub enum Morton {
     Bits30,
     /// 21 bits an axis: eight sort passes.
     Bits63,
+    /// 63 bits, every fourth of the triangle's size: 16 an axis \[VINKLER17\].
+    Ext4,
+    /// 63 bits, every seventh of the triangle's size: 18 an axis \[VINKLER17\].
+    Ext7,
+}
+
+impl Morton {
+    /// Every choice.
+    pub const ALL: [Self; 5] = [Self::Auto, Self::Bits30, Self::Bits63, Self::Ext4, Self::Ext7];
+
+    /// As arguments and reports have it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Bits30 => "30",
+            Self::Bits63 => "63",
+            Self::Ext4 => "ext4",
+            Self::Ext7 => "ext7",
+        }
+    }
+
+    /// The code to start with, as kernels know it.
+    pub(super) fn code(self) -> u32 {
+        match self {
+            Self::Auto | Self::Bits30 => CODE_30,
+            Self::Bits63 => CODE_63,
+            Self::Ext4 => CODE_EXT4,
+            Self::Ext7 => CODE_EXT7,
+        }
+    }
 }
 
 /// When a subtree becomes one leaf: where the surface area heuristic says that it costs less \[GOLDSMITH87, WALD07\].

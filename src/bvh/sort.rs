@@ -36,10 +36,15 @@ pub(super) fn by_code(build: &mut Build<'_>, mut codes: Codes) -> Result<Order> 
     } else {
         sorter.passes(&mut rec, &mut codes.keys, &mut codes.order, codes.live)?
     };
-    let bits = if build.recipe.morton == Morton::Bits63 { 63 } else { 30 };
+    let what = match build.recipe.morton {
+        Morton::Auto | Morton::Bits30 => "30-bit codes",
+        Morton::Bits63 => "63-bit codes",
+        Morton::Ext4 => "63-bit codes, 15 bits of them of size",
+        Morton::Ext7 => "63-bit codes, 9 bits of them of size",
+    };
     build.note(format!(
-        "morton: {bits}-bit codes, {passes} sort passes for {} live bits",
-        codes.live.count_ones()
+        "morton: {what}, {passes} sort passes for {} live bits",
+        codes.live.count_ones() + codes.low_live.count_ones()
     ));
     if build.recipe.morton == Morton::Auto && codes.hittable > 1 {
         sorter.count_duplicates(&mut rec, &codes.keys, codes.hittable)?;
@@ -159,7 +164,7 @@ impl Sorter {
         Ok(())
     }
 
-    /// Sorts by 63-bit codes: low words first, then the high words in that order.
+    /// Sorts by codes of two words: low words first, then the high words in that order.
     fn wide(
         &mut self,
         build: &Build<'_>,

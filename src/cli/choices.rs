@@ -3,6 +3,7 @@
 use crate::bvh::{Collapse, Morton, Recipe};
 use crate::trace::Precision;
 use clap::ValueEnum;
+use clap::builder::PossibleValue;
 use std::path::PathBuf;
 
 /// Which builder. One for now.
@@ -13,17 +14,20 @@ pub(super) enum Builder {
     Ploc,
 }
 
-/// Length of the Morton codes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum MortonBits {
-    /// 10 bits an axis.
-    #[value(name = "30")]
-    Bits30,
-    /// 21 bits an axis.
-    #[value(name = "63")]
-    Bits63,
-    /// 63 where too many triangles share a 30-bit code.
-    Auto,
+impl ValueEnum for Morton {
+    fn value_variants<'a>() -> &'a [Self] {
+        &Self::ALL
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(PossibleValue::new(self.name()).help(match self {
+            Self::Auto => "30 bits, and 63 where too many triangles share a code",
+            Self::Bits30 => "10 bits an axis",
+            Self::Bits63 => "21 bits an axis",
+            Self::Ext4 => "63 bits, every fourth of the triangle's size",
+            Self::Ext7 => "63 bits, every seventh of the triangle's size",
+        }))
+    }
 }
 
 /// Which triangle test.
@@ -63,9 +67,9 @@ pub(super) struct RecipeArgs {
     /// PLOC's search radius, clusters to either side: 1–128.
     #[arg(long, value_name = "N", default_value_t = Recipe::default().radius, value_parser = clap::value_parser!(u32).range(1..=128))]
     radius: u32,
-    /// Bits of the Morton codes.
-    #[arg(long, value_enum, default_value_t = MortonBits::Auto)]
-    morton: MortonBits,
+    /// Morton codes.
+    #[arg(long, value_enum, default_value_t = Recipe::default().morton)]
+    morton: Morton,
     /// Triangles that a leaf may hold: 1–64.
     #[arg(long, value_name = "N", default_value_t = Recipe::default().collapse.max_leaf, value_parser = clap::value_parser!(u32).range(1..=64))]
     max_leaf: u32,
@@ -77,14 +81,9 @@ pub(super) struct RecipeArgs {
 impl RecipeArgs {
     /// The same for the library.
     pub(super) fn recipe(&self) -> Recipe {
-        let morton = match self.morton {
-            MortonBits::Bits30 => Morton::Bits30,
-            MortonBits::Bits63 => Morton::Bits63,
-            MortonBits::Auto => Morton::Auto,
-        };
         let (traversal_cost, triangle_cost) = self.costs;
         let collapse = Collapse { traversal_cost, triangle_cost, max_leaf: self.max_leaf };
-        Recipe { morton, radius: self.radius, collapse }
+        Recipe { morton: self.morton, radius: self.radius, collapse }
     }
 }
 

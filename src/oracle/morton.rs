@@ -1,6 +1,7 @@
 //! Twin of `glsl/morton/*.comp` and of the unit space that `bvh::morton` takes from its bounds.
 
 use crate::abi::{Aabb, UNHITTABLE_KEY};
+use crate::bvh::Morton;
 use crate::scene::Scene;
 
 /// Corners of a triangle.
@@ -71,39 +72,87 @@ pub fn reciprocal(x: f32) -> f32 {
     r
 }
 
-/// Cell of a triangle's centre in the scene's bounds: 21 bits an axis.
-fn cell(corners: Corners, lo: [f32; 3], scale: f32) -> [u32; 3] {
-    let Aabb { lo: least, hi: greatest } = triangle_bounds(corners);
-    std::array::from_fn(|k| {
-        let centre = ((least[k] * 0.5 - lo[k] * 0.5) + (greatest[k] * 0.5 - lo[k] * 0.5)) * (0.5 * scale);
-        // A cast of a float too large saturates.
-        (greatest_of(centre * 2_097_152.0, 0.0) as u32).min(2_097_151)
-    })
+/// How cells and sizes are measured.
+#[derive(Debug, Clone, Copy)]
+struct Scale {
+    /// Least corner of the scene's box.
+    lo: [f32; 3],
+    /// 1 / half the box's longest edge; 0 where that says nothing.
+    scale: f32,
+    /// 1 / (diagonal · `scale`)², for half the box's.
+    per_diagonal2: f32,
 }
 
-/// Bit `k` of x, y and z to bits 3k, 3k + 1 and 3k + 2.
-fn interleave(q: [u32; 3]) -> u64 {
-    let bit = |axis: usize, k: u32| u64::from(q[axis] >> k & 1) << (3 * k + axis as u32);
-    (0..21).map(|k| bit(0, k) | bit(1, k) | bit(2, k)).sum()
+impl Scale {
+    fn of(bounds: &Aabb) -> Self {
+        let extent: [f32; 3] = std::array::from_fn(|k| bounds.hi[k] * 0.5 - bounds.lo[k] * 0.5);
+        let longest = greatest_of(extent[0], greatest_of(extent[1], extent[2]));
+        let scale = if longest > 1e-37 && longest < 1e37 { reciprocal(longest) } else { 0.0 };
+        let diagonal2 = length2(extent.map(|x| x * scale));
+        Self { lo: bounds.lo, scale, per_diagonal2: if scale > 0.0 { reciprocal(diagonal2) } else { 0.0 } }
+    }
+
+    /// Cell of a triangle's centre in the scene's bounds: 21 bits an axis.
+    fn cell(&self, corners: Corners) -> [u32; 3] {
+        let Aabb { lo: least, hi: greatest } = triangle_bounds(corners);
+        std::array::from_fn(|k| {
+            let (lo, half) = (self.lo[k] * 0.5, 0.5 * self.scale);
+            let centre = ((least[k] * 0.5 - lo) + (greatest[k] * 0.5 - lo)) * half;
+            // A cast of a float too large saturates.
+            (greatest_of(centre * 2_097_152.0, 0.0) as u32).min(2_097_151)
+        })
+    }
+
+    /// Diagonal of a triangle's box over the scene's: 15 bits.
+    fn size(&self, corners: Corners) -> u32 {
+        let Aabb { lo: least, hi: greatest } = triangle_bounds(corners);
+        let e = std::array::from_fn(|k| (greatest[k] * 0.5 - least[k] * 0.5) * self.scale);
+        let share2 = length2(e) * self.per_diagonal2 * 1_073_741_824.0;
+        (share2 as u32).min((1 << 30) - 1).isqrt()
+    }
 }
 
-/// A code for each triangle; those that can't be hit have one behind all others.
-fn encode(scene: &Scene, bounds: &Aabb, code: impl Fn([u32; 3]) -> u64, unhittable: u64) -> Vec<u64> {
-    let extent: [f32; 3] = std::array::from_fn(|k| bounds.hi[k] * 0.5 - bounds.lo[k] * 0.5);
-    let longest = greatest_of(extent[0], greatest_of(extent[1], extent[2]));
-    let scale = if longest > 1e-37 && longest < 1e37 { reciprocal(longest) } else { 0.0 };
+fn length2([x, y, z]: [f32; 3]) -> f32 {
+    x * x + y * y + z * z
+}
+
+/// Bits of a code from the top: z, y, x in turn, and one of `size` behind each `triples` of them while there are any.
+/// A number of n bits gives the upper ones first.
+fn interleave(q: [u32; 3], axis_bits: u32, size: u32, size_bits: u32, triples: u32) -> u64 {
+    let mut code = 0;
+    let mut sizes = (0..size_bits).rev();
+    for k in (0..axis_bits).rev() {
+        for axis in [2, 1, 0] {
+            code = code << 1 | u64::from(q[axis] >> k & 1);
+        }
+        if (axis_bits - k).is_multiple_of(triples) {
+            code = sizes.next().map_or(code, |k| code << 1 | u64::from(size >> k & 1));
+        }
+    }
+    code
+}
+
+/// A code for each triangle: of 30 bits, or of 63, which the device holds as two words, the upper 31 bits and the lower
+/// 32. Those that can't be hit have one behind all others. With [`Morton::Auto`]: the 30-bit ones.
+pub fn encode(scene: &Scene, bounds: &Aabb, morton: Morton) -> Vec<u64> {
+    let measure = Scale::of(bounds);
+    let code = |corners| {
+        let (q, size) = (measure.cell(corners), measure.size(corners));
+        match morton {
+            Morton::Auto | Morton::Bits30 => interleave(q.map(|x| x >> 11), 10, 0, 0, 1),
+            Morton::Bits63 => interleave(q, 21, 0, 0, 1),
+            Morton::Ext4 => interleave(q.map(|x| x >> 5), 16, size, 15, 1),
+            Morton::Ext7 => interleave(q.map(|x| x >> 3), 18, size >> 6, 9, 2),
+        }
+    };
+    let unhittable = u64::from(UNHITTABLE_KEY) << if is_wide(morton) { 32 } else { 0 };
     let corners = (0..scene.triangles.len()).map(|i| scene.corners(i));
-    corners.map(|c| if hittable(c) { code(cell(c, bounds.lo, scale)) } else { unhittable }).collect()
+    corners.map(|c| if hittable(c) { code(c) } else { unhittable }).collect()
 }
 
-/// 30-bit codes: ten bits an axis.
-pub fn encode_30(scene: &Scene, bounds: &Aabb) -> Vec<u64> {
-    encode(scene, bounds, |q| interleave(q.map(|x| x >> 11)), u64::from(UNHITTABLE_KEY))
-}
-
-/// 63-bit codes. The device holds them as two words, the upper 31 bits and the lower 32.
-pub fn encode_63(scene: &Scene, bounds: &Aabb) -> Vec<u64> {
-    encode(scene, bounds, interleave, u64::from(UNHITTABLE_KEY) << 32)
+/// Whether codes have two words.
+pub fn is_wide(morton: Morton) -> bool {
+    !matches!(morton, Morton::Auto | Morton::Bits30)
 }
 
 /// Unit space of a scene.

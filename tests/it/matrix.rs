@@ -7,7 +7,7 @@ use crate::soup::{grid, random, scene};
 use boxwood::abi::TAIL_CLUSTERS;
 use boxwood::bvh::{self, Built, Collapse, HostTree, Morton, Recipe, SceneBuffers, Stages};
 use boxwood::device::{Device, Options, Shape};
-use boxwood::oracle;
+use boxwood::oracle::{self, morton::is_wide};
 use boxwood::scene::Scene;
 use bytemuck::{bytes_of, cast_slice};
 use std::sync::{Arc, OnceLock};
@@ -66,16 +66,11 @@ pub fn assert_twin(
     let what = format!("{what}, {} triangles, {recipe:?}", scene.triangles.len());
     let (built, stages) = build(device, scene, recipe);
     let twin = oracle::build(scene, recipe);
-    let (keys, low_keys): (Vec<u32>, Vec<u32>) = match recipe.morton {
-        Morton::Bits63 => {
-            let split = |key: u64| ((key >> 32) as u32, key as u32);
-            oracle::morton::encode_63(scene, &twin.bounds).into_iter().map(split).unzip()
-        }
-        Morton::Auto | Morton::Bits30 => {
-            let keys = oracle::morton::encode_30(scene, &twin.bounds);
-            (keys.into_iter().map(|key| key as u32).collect(), vec![])
-        }
-    };
+    let codes = oracle::morton::encode(scene, &twin.bounds, recipe.morton);
+    let low_keys: Vec<u32> =
+        codes.iter().filter(|_| is_wide(recipe.morton)).map(|code| *code as u32).collect();
+    let shift = if is_wide(recipe.morton) { 32 } else { 0 };
+    let keys: Vec<u32> = codes.iter().map(|code| (code >> shift) as u32).collect();
     first_difference(&format!("{what}: code"), &stages.keys, &keys);
     first_difference(&format!("{what}: low word of code"), &stages.low_keys, &low_keys);
     first_difference(&format!("{what}: rank"), &stages.order, &twin.order);
@@ -127,7 +122,7 @@ fn every_size_equals_the_twin() {
 fn equal_codes_equal_the_twin() {
     let device = quiet();
     for n in [7, 9, 63, 600, 2049, 5000, 20_000] {
-        for morton in [Morton::Auto, Morton::Bits30, Morton::Bits63] {
+        for morton in Morton::ALL {
             assert_twin("grid", &device, &scene(&grid(n)), &Recipe { morton, ..Recipe::default() });
         }
     }
