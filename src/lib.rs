@@ -2,6 +2,7 @@
 //!
 //! # Flow
 //! `scene → bvh::{morton → sort → ploc → collapse → layout} → trace → bench::report`
+//! (`lbvh` or `binned` may stand in for `ploc`)
 //!
 //! A [`scene::Scene`] is read, fetched or generated on the host and uploaded as [`bvh::SceneBuffers`];
 //! [`bvh::build`] records the stages of a build, [`trace::trace`] sends rays through the packed tree, and
@@ -37,6 +38,7 @@
 //!
 //! # Bibliography
 //! - \[AILA09\] Aila, Laine: Understanding the efficiency of ray traversal on GPUs. HPG 2009.
+//! - \[APETREI14\] Apetrei: Fast and simple agglomerative LBVH construction. CGVC 2014.
 //! - \[EDELSBRUNNER90\] Edelsbrunner, Mücke: Simulation of simplicity. ACM ToG 9(1), 1990.
 //! - \[GOLDSMITH87\] Goldsmith, Salmon: Automatic creation of object hierarchies for ray tracing. CG&A 7(5), 1987.
 //! - \[KARRAS12\] Karras: Maximizing parallelism in the construction of BVHs, octrees and k-d trees. HPG 2012.

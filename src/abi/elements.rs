@@ -117,13 +117,24 @@ abi! {
         /// Rounds done.
         rounds: u32,
     }
-    /// What PLOC leaves behind.
-    struct PlocRoot {
+    /// What a cluster that climbs leaves for its sibling, beside its box.
+    struct Climber {
+        /// As [`Cluster::node`].
+        node: u32,
+        /// As [`Cluster::count`].
+        count: u32,
+        /// As [`Cluster::cost`].
+        cost: f32,
+        /// Levels of raw nodes below, `node`'s own among them.
+        levels: u32,
+    }
+    /// What a builder says of the binary tree.
+    struct RawRoot {
         /// The root: raw node, or [`LEAF_BIT`] | 0.
         node: u32,
-        /// Rounds in all: no path of the tree is longer.
-        rounds: u32,
-        /// 1: a round merged nothing, the tree is unfinished (never seen; see `ploc/tail`).
+        /// Levels of raw nodes, or more: PLOC's rounds, none of which adds two.
+        levels: u32,
+        /// 1: a round of PLOC merged nothing, the tree is unfinished (never seen; see `ploc/tail`).
         stalled: u32,
         /// Cost of the root, as [`Cluster::cost`].
         cost: f32,

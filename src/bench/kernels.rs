@@ -5,11 +5,11 @@ use crate::device::Pass;
 /// All dispatches of one kernel.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct KernelTime {
-    /// `stage/verb`.
+    /// `stage/verb`; of work on the host likewise.
     pub name: &'static str,
     /// Dispatches.
     pub count: usize,
-    /// Device time of all of them, ms.
+    /// Device time of all of them, ms; wall time of work on the host.
     pub ms: f64,
 }
 

@@ -1,17 +1,23 @@
 //! Arguments that several subcommands share, and what they mean to the library.
 
-use crate::bvh::{Collapse, Morton, Recipe};
+use crate::bvh::{Builder, Collapse, Morton, Recipe};
 use crate::trace::Precision;
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
 use std::path::PathBuf;
 
-/// Which builder. One for now.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, serde::Serialize)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum Builder {
-    /// Parallel locally-ordered clustering over Morton order.
-    Ploc,
+impl ValueEnum for Builder {
+    fn value_variants<'a>() -> &'a [Self] {
+        &Self::ALL
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(PossibleValue::new(self.name()).help(match self {
+            Self::Ploc => "Parallel locally-ordered clustering over Morton order",
+            Self::Lbvh => "The radix tree over the Morton codes: faster, a worse tree",
+            Self::Binned => "Top-down by the surface area heuristic, on the CPU: slower, a better tree",
+        }))
+    }
 }
 
 impl ValueEnum for Morton {
@@ -62,8 +68,8 @@ impl From<PrecisionName> for Precision {
 #[derive(Debug, clap::Args)]
 pub(super) struct RecipeArgs {
     /// Builder.
-    #[arg(long, value_enum, default_value_t = Builder::Ploc)]
-    pub(super) builder: Builder,
+    #[arg(long, value_enum, default_value_t = Recipe::default().builder)]
+    builder: Builder,
     /// PLOC's search radius, clusters to either side: 1–128.
     #[arg(long, value_name = "N", default_value_t = Recipe::default().radius, value_parser = clap::value_parser!(u32).range(1..=128))]
     radius: u32,
@@ -83,7 +89,7 @@ impl RecipeArgs {
     pub(super) fn recipe(&self) -> Recipe {
         let (traversal_cost, triangle_cost) = self.costs;
         let collapse = Collapse { traversal_cost, triangle_cost, max_leaf: self.max_leaf };
-        Recipe { morton: self.morton, radius: self.radius, collapse }
+        Recipe { builder: self.builder, morton: self.morton, radius: self.radius, collapse }
     }
 }
 

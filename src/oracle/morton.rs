@@ -2,10 +2,8 @@
 
 use crate::abi::{Aabb, UNHITTABLE_KEY};
 use crate::bvh::Morton;
+use crate::bvh::raw::{Corners, greatest_of, hittable, least_of, triangle_bounds};
 use crate::scene::Scene;
-
-/// Corners of a triangle.
-pub type Corners = [[f32; 3]; 3];
 
 /// From scene space to unit space: scene · `scale` − `anchor`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,29 +16,6 @@ pub struct Space {
     pub anchor: [f32; 3],
     /// Largest absolute coordinate in unit space.
     pub reach: f32,
-}
-
-/// `a` where it is less, else `b`: as the kernels have it, so that of −0 and +0 both take the same.
-pub fn least_of(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
-}
-
-/// `a` where it is greater, else `b`.
-pub fn greatest_of(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
-}
-
-/// False where no ray can hit: a corner is not finite, or two corners coincide.
-pub fn hittable([a, b, c]: Corners) -> bool {
-    [a, b, c].iter().flatten().all(|x| x.is_finite()) && a != b && b != c && c != a
-}
-
-/// The triangle's box, scene space.
-pub fn triangle_bounds([a, b, c]: Corners) -> Aabb {
-    Aabb {
-        lo: std::array::from_fn(|k| least_of(a[k], least_of(b[k], c[k]))),
-        hi: std::array::from_fn(|k| greatest_of(a[k], greatest_of(b[k], c[k]))),
-    }
 }
 
 /// Bounds of the triangles that can be hit, and how many these are.

@@ -22,8 +22,8 @@ pub fn duplicates(keys: &[u64]) -> usize {
     keys.windows(2).filter(|pair| pair[0] == pair[1]).count()
 }
 
-/// Triangles in Morton order, without those that can't be hit.
-pub fn by_code(scene: &Scene, bounds: &Aabb, hittable: u32, morton: Morton) -> Vec<u32> {
+/// Triangles in Morton order, without those that can't be hit, and their codes.
+pub fn by_code(scene: &Scene, bounds: &Aabb, hittable: u32, morton: Morton) -> (Vec<u32>, Vec<u64>) {
     let mut keys = morton::encode(scene, bounds, morton);
     if morton == Morton::Auto {
         let hit: Vec<u64> = keys.iter().copied().filter(|key| *key != u64::from(UNHITTABLE_KEY)).collect();
@@ -35,5 +35,6 @@ pub fn by_code(scene: &Scene, bounds: &Aabb, hittable: u32, morton: Morton) -> V
     }
     let mut order = order(&keys);
     order.truncate(hittable as usize);
-    order
+    let sorted = order.iter().map(|i| keys[*i as usize]).collect();
+    (order, sorted)
 }

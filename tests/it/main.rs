@@ -2,12 +2,14 @@
 
 mod adversarial;
 mod assisted;
+mod binned;
 mod cli;
 mod collapse;
 mod device;
 mod gpu;
 mod layers;
 mod layout;
+mod lbvh;
 mod matrix;
 mod morton;
 mod oracle;
