@@ -2,6 +2,7 @@
 //!
 //! # Flow
 //! `scene → bvh::{morton → sort → ploc → collapse → layout} → trace → bench::report`
+//! (`lbvh` or `binned` may stand in for `ploc`)
 //!
 //! A [`scene::Scene`] is read, fetched or generated on the host and uploaded as [`bvh::SceneBuffers`];
 //! [`bvh::build`] records the stages of a build, [`trace::trace`] sends rays through the packed tree, and
@@ -42,6 +43,7 @@
 //! # Bibliography
 //! - \[AILA09\] Aila, Laine: Understanding the efficiency of ray traversal on GPUs. HPG 2009.
 //! - \[AILA13\] Aila, Karras, Laine: On quality metrics of bounding volume hierarchies. HPG 2013.
+//! - \[APETREI14\] Apetrei: Fast and simple agglomerative LBVH construction. CGVC 2014.
 //! - \[EDELSBRUNNER90\] Edelsbrunner, Mücke: Simulation of simplicity. ACM ToG 9(1), 1990.
 //! - \[GOLDSMITH87\] Goldsmith, Salmon: Automatic creation of object hierarchies for ray tracing. CG&A 7(5), 1987.
 //! - \[KARRAS12\] Karras: Maximizing parallelism in the construction of BVHs, octrees and k-d trees. HPG 2012.
@@ -51,6 +53,8 @@
 //! - \[PLOC18\] Meister, Bittner: Parallel locally-ordered clustering for BVH construction. TVCG 24(3), 2018.
 //! - \[SHEWCHUK97\] Shewchuk: Adaptive precision floating-point arithmetic and fast robust predicates. DCG 18, 1997.
 //! - \[VEVERKOVA24\] Veverková: Tight bounding volumes for BVHs. CTU in Prague, 2024: ray protocol and metrics.
+//! - \[VINKLER17\] Vinkler, Bittner, Havran: Extended Morton codes for high performance bounding volume hierarchy
+//!   construction. HPG 2017.
 //! - \[WALD07\] Wald: On fast construction of SAH-based bounding volume hierarchies. RT 2007.
 //! - \[WOOP13\] Woop, Benthin, Wald: Watertight ray/triangle intersection. JCGT 2(1), 2013.
 

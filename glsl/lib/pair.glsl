@@ -2,27 +2,13 @@
 // pair's colour. No two pairs that share a cluster have the same colour, so the pair of globally least key is the
 // least of both its clusters: every round merges something, and 4096 coincident triangles take 12 rounds.
 // Differs from [PLOC18]: areas are rounded to 2⁻¹⁸ at radius 16 (2⁻¹⁵ at 128); a colour breaks ties, not an index.
+#include "lib/box.glsl"
+
 layout(constant_id = SPEC_RADIUS) const uint RADIUS = 8;
 
 const uint COLOUR_BITS = RADIUS <= 1 ? 1 : RADIUS <= 2 ? 2 : RADIUS <= 4 ? 3 : RADIUS <= 8 ? 4 : RADIUS <= 16 ? 5
                        : RADIUS <= 32 ? 6 : RADIUS <= 64 ? 7 : 8;
 const uint COLOUR_MASK = (1u << COLOUR_BITS) - 1u;
-
-Aabb merged(Aabb a, Aabb b) {
-    Aabb r;
-    for (int k = 0; k < 3; ++k) {
-        r.lo[k] = least_of(a.lo[k], b.lo[k]);
-        r.hi[k] = greatest_of(a.hi[k], b.hi[k]);
-    }
-    return r;
-}
-
-// Half the surface area, from correctly rounded operations in one order: the same bits everywhere.
-float half_area(Aabb box) {
-    precise float x = box.hi.x - box.lo.x, y = box.hi.y - box.lo.y, z = box.hi.z - box.lo.z;
-    precise float area = x * (y + z) + y * z;
-    return area;
-}
 
 // Key of the pair (i, i + distance). The colour is 2 (distance − 1) and one bit that tells (i, i + distance) from
 // (i − distance, i): the bit of i at distance's lowest set bit.

@@ -1,27 +1,19 @@
-// One invocation ITEMS triangles: keys[i] is the Morton code of the centre of its box within the scene's bounds,
-// UNHITTABLE_KEY where no ray can hit it; order[i] = i. Reads triangles, bounds; ORs the live bits into bounds.
-// Keeps: exact on every device: only +, −, · that Vulkan rounds correctly, no division.
+// One invocation ITEMS triangles: keys[i] is the Morton code of the centre of its box within the scene's bounds (and of
+// the box's diagonal over the scene's, where the code has a size), UNHITTABLE_KEY where no ray can hit it; order[i] = i.
+// Reads triangles, bounds; ORs the live bits into bounds.
+// Keeps: exact on every device: only +, −, · that Vulkan rounds correctly, no division, and a root put right.
 #include "lib/ordered.glsl"
 #include "lib/triangle.glsl"
+#include "lib/reciprocal.glsl"
+#include "lib/code.glsl"
 
 layout(constant_id = SPEC_ITEMS) const uint ITEMS = 1;
 
-// 1/x for x > 0 to about an ulp, from correctly rounded operations alone: the same bits everywhere.
-float reciprocal(float x) {
-    precise float r = uintBitsToFloat(0x7ef311c7u - floatBitsToUint(x));
-    for (int i = 0; i < 4; ++i) {
-        precise float error = 1.0 - x * r;
-        r = r + r * error;
-    }
-    return r;
-}
-
-// Bits 0..10 of x, moved to bits 0, 3, 6, …
-uint spread(uint x) {
-    x = (x | x << 16) & 0x030000ffu;
-    x = (x | x << 8) & 0x0300f00fu;
-    x = (x | x << 4) & 0x030c30c3u;
-    return (x | x << 2) & 0x09249249u;
+// ⌊√x⌋ for x below 2³⁰. A device's √ may be off by 5 ulp, which moves the floor by one at most.
+uint whole_root(uint x) {
+    uint r = uint(sqrt(float(x)));
+    r -= uint(r * r > x);
+    return r + uint((r + 1) * (r + 1) <= x);
 }
 
 // Powers of two by which coordinates are multiplied, lest differences overflow (a half), their reciprocals lose bits
@@ -45,13 +37,16 @@ void main() {
     precise vec3 extent = hi * factor - lo * factor;
     float longest = max(extent.x, max(extent.y, extent.z));
     float scale = longest > 0.0 ? reciprocal(longest) : 0.0;
+    precise vec3 edges = extent * scale;
+    precise float diagonal2 = edges.x * edges.x + edges.y * edges.y + edges.z * edges.z;
+    float per_diagonal2 = scale > 0.0 ? reciprocal(diagonal2) : 0.0;
     uint ones = 0, zeros = 0, low_ones = 0, low_zeros = 0;
     FOR_ITEMS(i, args.count) {
         Corners t = LOAD_CORNERS(triangles, i);
         P(order).at[i] = i;
         if (!hittable(t)) {
             P(keys).at[i] = UNHITTABLE_KEY;
-            if (args.wide != 0) P(low_keys).at[i] = 0;
+            if (args.code != CODE_30) P(low_keys).at[i] = 0;
             continue;
         }
         precise vec3 least = min(t.a, min(t.b, t.c)), greatest = max(t.a, max(t.b, t.c));
@@ -60,19 +55,22 @@ void main() {
         // 21 bits an axis; the upper ten of each are the 30-bit code.
         precise vec3 cell = centre * 2097152.0;
         uvec3 q = min(uvec3(max(cell, vec3(0.0))), uvec3(2097151u));
-        uvec3 high = q >> 11;
-        uint key = spread(high.x) | spread(high.y) << 1 | spread(high.z) << 2;
-        if (args.wide != 0) {
-            // 63 bits: 30 above, then 33 of which the first goes to the high word.
-            uvec3 low = q & 2047u;
-            uvec3 top = low >> 10, rest = low & 1023u;
-            uint middle = top.x | top.y << 1 | top.z << 2;
-            uint bottom = spread(rest.x) | spread(rest.y) << 1 | spread(rest.z) << 2;
-            key = key << 1 | middle >> 2;
-            uint low_key = (middle & 3u) << 30 | bottom;
-            P(low_keys).at[i] = low_key;
-            low_ones |= low_key;
-            low_zeros |= ~low_key;
+        uint key = interleave3(q >> 11);
+        if (args.code != CODE_30) {
+            uvec2 words;
+            if (args.code == CODE_63) {
+                words = code_63(q);
+            } else {
+                precise vec3 e = (greatest * factor - least * factor) * scale;
+                // (diagonal / scene's diagonal)² in 30 bits, so its root in 15.
+                precise float share2 = (e.x * e.x + e.y * e.y + e.z * e.z) * per_diagonal2 * 1073741824.0;
+                uint size = whole_root(min(uint(share2), 1073741823u));
+                words = args.code == CODE_EXT4 ? code_ext4(q >> 5, size) : code_ext7(q >> 3, size >> 6);
+            }
+            key = words.x;
+            P(low_keys).at[i] = words.y;
+            low_ones |= words.y;
+            low_zeros |= ~words.y;
         }
         P(keys).at[i] = key;
         ones |= key;
@@ -85,7 +83,7 @@ void main() {
     if (subgroupElect()) {
         atomicOr(P(bounds).at[0].ones, ones);
         atomicOr(P(bounds).at[0].zeros, zeros);
-        if (args.wide != 0) {
+        if (args.code != CODE_30) {
             atomicOr(P(bounds).at[0].low_ones, low_ones);
             atomicOr(P(bounds).at[0].low_zeros, low_zeros);
         }

@@ -1,7 +1,7 @@
 // One workgroup WG · ITEMS clusters: how many of them live on (sums). A cluster dies where it is the second of a pair
 // that names each other. Reads nearest, state.
 #include "lib/pair.glsl"
-#include "lib/merge.glsl"
+#include "lib/round.glsl"
 #include "lib/scan.glsl"
 
 layout(constant_id = SPEC_ITEMS) const uint ITEMS = 1;

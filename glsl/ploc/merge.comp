@@ -3,7 +3,7 @@
 #define MERGE
 #include "lib/pair.glsl"
 #include "lib/scan.glsl"
-#include "lib/merge.glsl"
+#include "lib/round.glsl"
 
 layout(constant_id = SPEC_ITEMS) const uint ITEMS = 1;
 

@@ -4,7 +4,7 @@
 #include "lib/pair.glsl"
 #include "lib/search.glsl"
 #include "lib/scan.glsl"
-#include "lib/merge.glsl"
+#include "lib/round.glsl"
 
 #define SYNC memoryBarrierBuffer(); barrier()
 
@@ -32,6 +32,6 @@ void main() {
             RawLink link = RawLink(triangles_of(cluster) | bits_of(cluster, false), INVALID);
             STORE_RawLink(links, cluster.node, link)
         }
-        P(root).at[0] = PlocRoot(cluster.node, rounds, stalled, cluster.cost, LOAD_Aabb(bounds, last));
+        P(root).at[0] = RawRoot(cluster.node, rounds, stalled, cluster.cost, LOAD_Aabb(bounds, last));
     }
 }

@@ -20,16 +20,16 @@ abi! {
         triangles: Ptr<Pair>,
         /// One, from `morton/bounds`; gains the live bits.
         bounds: PtrMut<SceneBounds>,
-        /// Codes: 30 bits, or the upper 31 of 63.
+        /// Codes of 30 bits, or the upper 31 of 63.
         keys: PtrMut<u32>,
-        /// Low 32 of 63 bits; not followed where `wide` is 0.
+        /// Low 32 of 63 bits; not followed where `code` is [`CODE_30`].
         low_keys: PtrMut<u32>,
         /// 0, 1, 2, …
         order: PtrMut<u32>,
         /// Triangles.
         count: u32,
-        /// 1: 63-bit codes.
-        wide: u32,
+        /// Which codes: [`CODE_30`] and those that follow it.
+        code: u32,
     }
     @kernel "sort/count"
     struct SortCountArgs {
@@ -188,7 +188,7 @@ abi! {
         /// One a node.
         links: PtrShared<RawLink>,
         /// One.
-        root: PtrMut<PlocRoot>,
+        root: PtrMut<RawRoot>,
         /// The round whose state is the last.
         round: u32,
         /// Clusters that one half holds.
@@ -199,6 +199,41 @@ abi! {
         triangle_cost: f32,
         /// Largest leaf.
         max_leaf: u32,
+    }
+    @kernel "lbvh/climb"
+    struct LbvhClimbArgs {
+        /// Corners, nine floats a triangle.
+        triangles: Ptr<Pair>,
+        /// Triangles in Morton order.
+        order: Ptr<u32>,
+        /// Their codes: of 30 bits, or the upper 31 of 63.
+        keys: Ptr<u32>,
+        /// Low 32 of 63 bits; not followed where `wide` is 0.
+        low_keys: Ptr<u32>,
+        /// The tree.
+        nodes: PtrShared<RawNode>,
+        /// One a node.
+        links: PtrMut<RawLink>,
+        /// Two a node, left and right: what has arrived there.
+        climbers: PtrShared<Climber>,
+        /// One a node: 1 once the first has arrived; all 0 before.
+        arrived: PtrShared<u32>,
+        /// One.
+        root: PtrMut<RawRoot>,
+        /// Triangles.
+        count: u32,
+        /// Unit space is scene · `scale` − `anchor`.
+        scale: f32,
+        /// As above.
+        anchor: [f32; 3],
+        /// Cost of a box-pair test, c_T.
+        traversal_cost: f32,
+        /// Cost of a triangle test, c_I.
+        triangle_cost: f32,
+        /// Largest leaf.
+        max_leaf: u32,
+        /// 1: codes of two words.
+        wide: u32,
     }
     @kernel "collapse/count"
     struct CollapseCountArgs {
@@ -270,8 +305,8 @@ abi! {
     struct LayoutLeafArgs {
         /// The tree.
         raw: Ptr<RawNode>,
-        /// From `ploc/tail`.
-        root: Ptr<PlocRoot>,
+        /// From the builder.
+        root: Ptr<RawRoot>,
         /// Triangles in Morton order.
         order: Ptr<u32>,
         /// The packed tree: one node.

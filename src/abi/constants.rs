@@ -28,6 +28,14 @@ constants! {
     TRIANGLE_WORDS = 10;
     /// Key of a triangle that can't be hit: sorts behind every Morton code.
     UNHITTABLE_KEY = 0x8000_0000;
+    /// Morton codes: ten bits an axis.
+    CODE_30 = 0;
+    /// 21 bits an axis.
+    CODE_63 = 1;
+    /// 16 bits an axis and 15 of size, one behind each three of place.
+    CODE_EXT4 = 2;
+    /// 18 bits an axis and 9 of size, one behind each six of place.
+    CODE_EXT7 = 3;
     /// Clusters at and below which one workgroup runs PLOC's remaining rounds in one dispatch.
     TAIL_CLUSTERS = 2048;
     /// Workgroups in a grid's first dimension at most; the rest go to the second.

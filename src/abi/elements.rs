@@ -46,9 +46,9 @@ abi! {
         ones: u32,
         /// Bits of the (high) Morton codes that are 0 somewhere.
         zeros: u32,
-        /// As `ones`, of the low words of 63-bit codes.
+        /// As `ones`, of the low words of codes that have two.
         low_ones: u32,
-        /// As `zeros`, of the low words of 63-bit codes.
+        /// As `zeros`, of the low words.
         low_zeros: u32,
     }
     /// A cluster of PLOC, beside its box.
@@ -117,13 +117,24 @@ abi! {
         /// Rounds done.
         rounds: u32,
     }
-    /// What PLOC leaves behind.
-    struct PlocRoot {
+    /// What a cluster that climbs leaves for its sibling, beside its box.
+    struct Climber {
+        /// As [`Cluster::node`].
+        node: u32,
+        /// As [`Cluster::count`].
+        count: u32,
+        /// As [`Cluster::cost`].
+        cost: f32,
+        /// Levels of raw nodes below, `node`'s own among them.
+        levels: u32,
+    }
+    /// What a builder says of the binary tree.
+    struct RawRoot {
         /// The root: raw node, or [`LEAF_BIT`] | 0.
         node: u32,
-        /// Rounds in all: no path of the tree is longer.
-        rounds: u32,
-        /// 1: a round merged nothing, the tree is unfinished (never seen; see `ploc/tail`).
+        /// Levels of raw nodes, or more: PLOC's rounds, none of which adds two.
+        levels: u32,
+        /// 1: a round of PLOC merged nothing, the tree is unfinished (never seen; see `ploc/tail`).
         stalled: u32,
         /// Cost of the root, as [`Cluster::cost`].
         cost: f32,

@@ -127,8 +127,19 @@ pub type Pair = [u32; 2];
 
 /// Structs that buffers hold as pairs of words, which kernels load with `LOAD_S(buffer, i)` and store with
 /// `STORE_S(buffer, i, value)`; the others are plain structs in their buffers.
-pub const PAIRS: &[&str] =
-    &["Ray", "Hit", "Aabb", "Cluster", "RawNode", "RawLink", "Node", "PackedTriangle", "Tests", "Surface"];
+pub const PAIRS: &[&str] = &[
+    "Ray",
+    "Hit",
+    "Aabb",
+    "Cluster",
+    "Climber",
+    "RawNode",
+    "RawLink",
+    "Node",
+    "PackedTriangle",
+    "Tests",
+    "Surface",
+];
 
 mod arguments;
 mod constants;

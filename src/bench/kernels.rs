@@ -6,11 +6,11 @@ use std::borrow::Cow;
 /// All dispatches of one kernel.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct KernelTime {
-    /// `stage/verb`.
+    /// `stage/verb`; of work on the host likewise.
     pub name: Cow<'static, str>,
     /// Dispatches.
     pub count: usize,
-    /// Device time of all of them, ms.
+    /// Device time of all of them, ms; wall time of work on the host.
     pub ms: f64,
 }
 

@@ -1,6 +1,6 @@
 //! Presets of the benchmark: `scenes/bench.toml`, in which an entry takes what it doesn't say from its parent.
 
-use crate::bvh::{Collapse, Morton, Recipe};
+use crate::bvh::{Builder, Collapse, Morton, Recipe};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
@@ -205,18 +205,21 @@ impl Presets {
             want,
         };
         let morton = r.morton.ok_or_else(missing("morton"))?;
-        let morton = match morton.as_str() {
-            "auto" => Morton::Auto,
-            "30" => Morton::Bits30,
-            "63" => Morton::Bits63,
-            _ => return Err(wrong("morton", morton, "30, 63 or auto")),
-        };
+        let morton = Morton::ALL
+            .into_iter()
+            .find(|m| m.name() == morton)
+            .ok_or_else(|| wrong("morton", morton, "see `boxwood build --help`"))?;
+        let builder = r.builder.ok_or_else(missing("builder"))?;
+        let builder = Builder::ALL
+            .into_iter()
+            .find(|b| b.name() == builder)
+            .ok_or_else(|| wrong("builder", builder, "see `boxwood build --help`"))?;
         let collapse = Collapse {
             traversal_cost: r.traversal_cost.ok_or_else(missing("traversal-cost"))?,
             triangle_cost: r.triangle_cost.ok_or_else(missing("triangle-cost"))?,
             max_leaf: r.max_leaf.ok_or_else(missing("max-leaf"))?,
         };
-        let recipe = Recipe { morton, radius: r.radius.ok_or_else(missing("radius"))?, collapse };
+        let recipe = Recipe { builder, morton, radius: r.radius.ok_or_else(missing("radius"))?, collapse };
         recipe.check().map_err(|e| wrong("a value", e.to_string(), "see `boxwood build --help`"))?;
         Ok(recipe)
     }

@@ -1,7 +1,7 @@
 //! Leaves of several triangles: the merges have marked each subtree that costs less as one leaf; here the marks that
 //! count are found (no mark above them) and what is kept is numbered.
 
-use super::ploc::RawTree;
+use super::raw::RawTree;
 use super::{Build, Result};
 use crate::abi::{CollapseCountArgs, CollapseNumberArgs, SPEC_ITEMS, SPEC_WG, ScanExclusiveArgs, WIDTH};
 use crate::device::Buffer;

@@ -2,11 +2,11 @@
 
 use super::collapse::Kept;
 use super::morton::Space;
-use super::ploc::RawTree;
+use super::raw::RawTree;
 use super::sort::Order;
 use super::{Build, Bvh, Result, leaf_bits};
 use crate::abi::{
-    Aabb, INVALID, LayoutLeafArgs, LayoutNodesArgs, LayoutTrianglesArgs, Node, PlocRoot, SPEC_ITEMS,
+    Aabb, INVALID, LayoutLeafArgs, LayoutNodesArgs, LayoutTrianglesArgs, Node, RawRoot, SPEC_ITEMS,
     SPEC_LEAF_BITS, SPEC_WG, TRIANGLE_WORDS,
 };
 use crate::kernels;
@@ -75,14 +75,14 @@ pub(super) fn pack(
         },
     )?;
     build.run(rec)?;
-    let PlocRoot { rounds, cost, bounds, .. } = tree.root;
+    let RawRoot { levels, cost, bounds, .. } = tree.root;
     let area = half_area(&bounds);
     Ok(Bvh {
         nodes,
         triangles,
         root: if n == 0 { INVALID } else { kept.root },
         leaf_bits: bits,
-        depth: rounds.max(1),
+        depth: levels.max(1),
         exponent: space.exponent,
         anchor: space.anchor,
         reach: space.reach,

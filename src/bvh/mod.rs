@@ -1,17 +1,21 @@
 //! Builds trees on the device: `morton → sort → ploc → collapse → layout`. Knows no files and no command line.
+//! Instead of `ploc` stands `lbvh`, or `binned` instead of all before `collapse`.
 
+pub mod binned;
 mod collapse;
 mod layout;
+mod lbvh;
 mod morton;
 mod ploc;
+pub mod raw;
 mod recipe;
 mod sort;
 mod tree;
 
-pub use recipe::{Collapse, Morton, Recipe};
+pub use recipe::{Builder, Collapse, Morton, Recipe};
 pub use tree::{Bvh, Child, HostTree, SceneBuffers, leaf_bits};
 
-use crate::abi::{PlocRoot, RAW_MASK, RawLink, RawNode};
+use crate::abi::{RAW_MASK, RawLink, RawNode, RawRoot};
 use crate::device::{Buffer, Device, DeviceError, Recorder, Times, Timing};
 use std::sync::Arc;
 use std::time::Instant;
@@ -21,7 +25,7 @@ use std::time::Instant;
 pub struct Built {
     /// The tree.
     pub bvh: Bvh,
-    /// Device times of all its submits.
+    /// Device times of all its submits, and of what ran on the host in their stead.
     pub times: Times,
     /// Wall time of the whole build, ms.
     pub wall_ms: f64,
@@ -34,11 +38,12 @@ pub struct Built {
 /// What the stages of a build hand on, read back: for tests, which compare it with `oracle::build`.
 #[derive(Debug, Clone, Default)]
 pub struct Stages {
-    /// Codes in input order: 30 bits, or the upper 31 of 63. With [`Morton::Auto`] the 30-bit ones.
+    /// Codes in input order: of 30 bits, or the upper 31 of 63. With [`Morton::Auto`] the 30-bit ones;
+    /// none where the builder goes without.
     pub keys: Vec<u32>,
-    /// Low words of 63-bit codes; empty with others.
+    /// Low words of 63-bit codes; empty with 30-bit ones.
     pub low_keys: Vec<u32>,
-    /// Triangles in Morton order, without those that can't be hit.
+    /// Triangles in the builder's order, without those that can't be hit.
     pub order: Vec<u32>,
     /// Scale to unit space.
     pub scale: f32,
@@ -47,7 +52,7 @@ pub struct Stages {
     /// What the node above says of each of its nodes.
     pub links: Vec<RawLink>,
     /// Its root; none where there is no triangle.
-    pub root: Option<PlocRoot>,
+    pub root: Option<RawRoot>,
     /// The raw nodes that are kept, in order.
     pub kept: Vec<u32>,
     /// Packed index of each raw node; what isn't kept holds anything.
@@ -80,6 +85,19 @@ impl Build<'_> {
 
     fn buffer<T: bytemuck::NoUninit>(&self, name: &str, len: usize) -> Result<Buffer<T>> {
         Ok(Buffer::new(self.device, name, len)?)
+    }
+
+    /// Runs `work` on the host, as a pass whose time is the wall's.
+    fn on_host<T>(&mut self, name: &'static str, work: impl FnOnce() -> T) -> T {
+        let start = Instant::now();
+        let done = work();
+        self.times.append(Times::on_host(name, start.elapsed(), self.timing));
+        done
+    }
+
+    /// Whether the builder looks at codes once they are sorted.
+    fn compares_codes(&self) -> bool {
+        self.recipe.builder == Builder::Lbvh
     }
 
     fn note(&mut self, sentence: impl Into<String>) {
@@ -130,11 +148,20 @@ pub enum BuildError {
 /// Result of a build.
 pub type Result<T> = std::result::Result<T, BuildError>;
 
-/// Device memory that building over `triangles` triangles takes at most, beside the scene's own, bytes.
-pub fn memory_needed(triangles: usize) -> u64 {
-    // ploc: boxes and clusters twice (80), nearest (4), raw nodes (64), order (4); the packed tree: at most a node
-    // (64) and a triangle (40) each; a little for counters.
-    triangles as u64 * (152 + 104) + (4 << 20)
+/// Device memory that `builder` over `triangles` triangles takes at most, beside the scene's own, bytes.
+pub fn memory_needed(builder: Builder, triangles: usize) -> u64 {
+    // Of each: raw nodes and links (64), order (4).
+    let scratch = 68
+        + match builder {
+            // Boxes and clusters twice, nearest.
+            Builder::Ploc => 80 + 4,
+            // Climbers, arrived, keys of two words.
+            Builder::Lbvh => 32 + 4 + 8,
+            // What collapse numbers: in the others, memory that the builder has done with.
+            Builder::Binned => 12,
+        };
+    // The packed tree: at most a node (64) and a triangle (40) each; a little for counters.
+    triangles as u64 * (scratch + 104) + (4 << 20)
 }
 
 /// Builds the tree of `scene` by `recipe`.
@@ -169,8 +196,8 @@ fn run(
         return Err(BuildError::TooMany { count, limit, max_leaf });
     }
     device.require_memory(
-        &format!("building over {} triangles", scene.count()),
-        memory_needed(scene.count()),
+        &format!("building over {} triangles with {}", scene.count(), recipe.builder.name()),
+        memory_needed(recipe.builder, scene.count()),
     )?;
 
     let start = Instant::now();
@@ -184,16 +211,22 @@ fn run(
         explain: vec![],
         peak_before_tree: 0,
     };
-    let (codes, space) = morton::encode(&mut build)?;
-    if let Some(s) = &mut stages {
-        s.keys = codes.keys.read()?;
-        s.low_keys = codes.low_keys.as_ref().map_or(Ok(vec![]), Buffer::read)?;
-        s.scale = space.scale;
-    }
-    let order = sort::by_code(&mut build, codes)?;
-    let tree = ploc::cluster(&mut build, &order, &space)?;
+    let (order, tree, space) = match recipe.builder {
+        Builder::Ploc => {
+            let (order, space) = in_morton_order(&mut build, stages.as_deref_mut())?;
+            let tree = ploc::cluster(&mut build, &order, &space)?;
+            (order, tree, space)
+        }
+        Builder::Lbvh => {
+            let (mut order, space) = in_morton_order(&mut build, stages.as_deref_mut())?;
+            let tree = lbvh::climb(&mut build, &mut order, &space)?;
+            (order, tree, space)
+        }
+        Builder::Binned => binned::split(&mut build)?,
+    };
     let kept = collapse::number(&mut build, &tree)?;
     if let Some(s) = &mut stages {
+        s.scale = space.scale;
         s.order = order.triangles.read_first(order.count as usize)?;
         s.nodes = tree.nodes.read()?;
         s.links = tree.links.read()?;
@@ -207,4 +240,17 @@ fn run(
     let with_tree = device.peak_memory().saturating_sub(bvh.bytes());
     let scratch_bytes = with_tree.max(build.peak_before_tree).saturating_sub(before);
     Ok(Built { bvh, times: build.times, wall_ms, scratch_bytes, explain: build.explain })
+}
+
+/// The triangles by their codes.
+fn in_morton_order(
+    build: &mut Build<'_>,
+    stages: Option<&mut Stages>,
+) -> Result<(sort::Order, morton::Space)> {
+    let (codes, space) = morton::encode(build)?;
+    if let Some(s) = stages {
+        s.keys = codes.keys.read()?;
+        s.low_keys = codes.low_keys.as_ref().map_or(Ok(vec![]), Buffer::read)?;
+    }
+    Ok((sort::by_code(build, codes)?, space))
 }

@@ -1,14 +1,18 @@
-//! Scene bounds and Morton codes \[MORTON66, KARRAS12\].
+//! Scene bounds and Morton codes \[MORTON66, KARRAS12\], with the triangles' size among their bits \[VINKLER17\].
+//! Differs from the latter: the axes' bits take turns, whatever the scene's proportions, and those of all axes come
+//! before one of size, so that a triangle has it where it is larger than a cell of the bits above.
 
-use super::{Build, Morton, Result};
-use crate::abi::{Aabb, MortonBoundsArgs, MortonEncodeArgs, PtrMut, SPEC_ITEMS, SPEC_WG, SceneBounds};
-use crate::device::Buffer;
+use super::{Build, Result};
+use crate::abi::{
+    Aabb, CODE_30, CODE_63, MortonBoundsArgs, MortonEncodeArgs, PtrMut, SPEC_ITEMS, SPEC_WG, SceneBounds,
+};
+use crate::device::{Buffer, Recorder};
 use crate::kernels;
 
 /// A Morton code for each triangle.
 pub(super) struct Codes {
     pub keys: Buffer<u32>,
-    /// Low words of 63-bit codes.
+    /// Low words of codes that have two.
     pub low_keys: Option<Buffer<u32>>,
     pub order: Buffer<u32>,
     /// Bits that differ between the keys of triangles that can be hit.
@@ -16,6 +20,8 @@ pub(super) struct Codes {
     pub low_live: u32,
     /// Triangles that can be hit.
     pub hittable: u32,
+    /// Which codes: [`CODE_30`] and those that follow it.
+    code: u32,
     bounds: Buffer<SceneBounds>,
 }
 
@@ -34,40 +40,56 @@ fn unordered(key: u32) -> f32 {
     f32::from_bits(if key & 0x8000_0000 != 0 { key & 0x7fff_ffff } else { !key })
 }
 
-/// Bounds of the scene, then 30-bit codes, or 63-bit ones where the recipe says so.
+/// Bounds of the scene alone, as its unit space.
+pub(super) fn bounds(build: &mut Build<'_>) -> Result<Space> {
+    let bounds = build.buffer::<SceneBounds>("morton.bounds", 1)?;
+    let mut rec = build.recorder()?;
+    record_bounds(build, &mut rec, &bounds)?;
+    build.run(rec)?;
+    Ok(space(&bounds.read()?[0]))
+}
+
+fn record_bounds(build: &Build<'_>, rec: &mut Recorder, bounds: &Buffer<SceneBounds>) -> Result<()> {
+    let n = build.scene.count() as u32;
+    let shape = build.device.shape();
+    rec.update(bounds, &[SceneBounds::EMPTY]);
+    rec.dispatch(
+        &kernels::MORTON_BOUNDS,
+        &[(SPEC_WG, shape.workgroup), (SPEC_ITEMS, shape.items)],
+        n.div_ceil(shape.workgroup * shape.items),
+        MortonBoundsArgs {
+            triangles: build.scene.triangles.ptr().cast(),
+            bounds: bounds.ptr_mut(),
+            count: n,
+        },
+    )?;
+    Ok(())
+}
+
+/// Bounds of the scene, then the codes of the recipe; 30-bit ones where it leaves the choice.
 pub(super) fn encode(build: &mut Build<'_>) -> Result<(Codes, Space)> {
     let n = build.scene.count();
-    let shape = build.device.shape().clone();
     let bounds = build.buffer::<SceneBounds>("morton.bounds", 1)?;
-    let wide = build.recipe.morton == Morton::Bits63;
+    let code = build.recipe.morton.code();
     let mut codes = Codes {
         keys: build.buffer("sort.keys", n)?,
-        low_keys: if wide { Some(build.buffer("sort.low_keys", n)?) } else { None },
+        low_keys: if code == CODE_30 { None } else { Some(build.buffer("sort.low_keys", n)?) },
         order: build.buffer("sort.order", n)?,
         live: 0,
         low_live: 0,
         hittable: 0,
+        code,
         bounds,
     };
     let mut rec = build.recorder()?;
-    rec.update(&codes.bounds, &[SceneBounds::EMPTY]);
-    let groups = (n as u32).div_ceil(shape.workgroup * shape.items);
-    rec.dispatch(
-        &kernels::MORTON_BOUNDS,
-        &[(SPEC_WG, shape.workgroup), (SPEC_ITEMS, shape.items)],
-        groups,
-        MortonBoundsArgs {
-            triangles: build.scene.triangles.ptr().cast(),
-            bounds: codes.bounds.ptr_mut(),
-            count: n as u32,
-        },
-    )?;
+    record_bounds(build, &mut rec, &codes.bounds)?;
     let space = finish(build, rec, &mut codes)?;
     Ok((codes, space))
 }
 
 /// Encodes anew with 63 bits.
 pub(super) fn widen(build: &mut Build<'_>, codes: &mut Codes) -> Result<()> {
+    codes.code = CODE_63;
     codes.low_keys = Some(build.buffer("sort.low_keys", build.scene.count())?);
     let rec = build.recorder()?;
     finish(build, rec, codes)?;
@@ -75,7 +97,7 @@ pub(super) fn widen(build: &mut Build<'_>, codes: &mut Codes) -> Result<()> {
 }
 
 /// Records `morton/encode`, runs all and reads what the codes have in common.
-fn finish(build: &mut Build<'_>, mut rec: crate::device::Recorder, codes: &mut Codes) -> Result<Space> {
+fn finish(build: &mut Build<'_>, mut rec: Recorder, codes: &mut Codes) -> Result<Space> {
     let n = build.scene.count() as u32;
     let shape = build.device.shape().clone();
     rec.dispatch(
@@ -89,7 +111,7 @@ fn finish(build: &mut Build<'_>, mut rec: crate::device::Recorder, codes: &mut C
             low_keys: codes.low_keys.as_ref().map_or(PtrMut::new(0), Buffer::ptr_mut),
             order: codes.order.ptr_mut(),
             count: n,
-            wide: codes.low_keys.is_some().into(),
+            code: codes.code,
         },
     )?;
     build.run(rec)?;
@@ -101,12 +123,13 @@ fn finish(build: &mut Build<'_>, mut rec: crate::device::Recorder, codes: &mut C
         // The key of those that can't be hit sorts them to the end.
         codes.live |= crate::abi::UNHITTABLE_KEY;
     }
-    Ok(space(&Aabb { lo: seen.lo.map(unordered), hi: seen.hi.map(unordered) }, seen.hittable))
+    Ok(space(&seen))
 }
 
 /// Unit space of a scene: the longest edge between ½ and 1, the centre at 0.
-fn space(bounds: &Aabb, hittable: u32) -> Space {
-    if hittable == 0 {
+fn space(seen: &SceneBounds) -> Space {
+    let bounds = Aabb { lo: seen.lo.map(unordered), hi: seen.hi.map(unordered) };
+    if seen.hittable == 0 {
         return Space { exponent: 0, scale: 1.0, anchor: [0.0; 3], reach: 0.0 };
     }
     let (lo, hi) = (bounds.lo.map(f64::from), bounds.hi.map(f64::from));

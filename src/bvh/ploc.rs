@@ -4,12 +4,12 @@
 //! so the tree is the same on every device; the surface area heuristic's leaves are decided at each merge.
 
 use super::morton::Space;
+use super::raw::RawTree;
 use super::sort::Order;
 use super::{Build, BuildError, Result};
 use crate::abi::{
-    Aabb, Cluster, GRID_WIDTH, INVALID, LEAF_BIT, PlocCountArgs, PlocLeavesArgs, PlocMergeArgs, PlocRoot,
-    PlocScanArgs, PlocSearchArgs, PlocState, PlocTailArgs, RawLink, RawNode, SPEC_ITEMS, SPEC_RADIUS,
-    SPEC_WG, TAIL_CLUSTERS,
+    Aabb, Cluster, GRID_WIDTH, PlocCountArgs, PlocLeavesArgs, PlocMergeArgs, PlocScanArgs, PlocSearchArgs,
+    PlocState, PlocTailArgs, SPEC_ITEMS, SPEC_RADIUS, SPEC_WG, TAIL_CLUSTERS,
 };
 use crate::device::{Buffer, Recorder};
 use crate::kernels;
@@ -18,18 +18,6 @@ use crate::kernels;
 const REGISTER_RADIUS: u32 = 32;
 /// Rounds that one submit records at most: their states are kept.
 const BATCH: u32 = 64;
-
-/// A binary tree over Morton ranks.
-pub(super) struct RawTree {
-    pub nodes: Buffer<RawNode>,
-    /// One a node.
-    pub links: Buffer<RawLink>,
-    /// One.
-    pub root_buffer: Buffer<PlocRoot>,
-    pub root: PlocRoot,
-    /// Triangles.
-    pub count: u32,
-}
 
 /// The rounds' buffers.
 struct Rounds {
@@ -53,20 +41,7 @@ pub(super) fn cluster(build: &mut Build<'_>, order: &Order, space: &Space) -> Re
     let capacity = n as usize;
     let tile = shape.workgroup * shape.items;
     let groups = n.div_ceil(tile);
-    let empty = PlocRoot {
-        node: if n == 1 { LEAF_BIT } else { INVALID },
-        rounds: 0,
-        stalled: 0,
-        cost: 0.0,
-        bounds: Aabb { lo: [0.0; 3], hi: [0.0; 3] },
-    };
-    let tree = RawTree {
-        nodes: build.buffer("ploc.nodes", capacity.saturating_sub(1))?,
-        links: build.buffer("ploc.links", capacity.saturating_sub(1))?,
-        root_buffer: build.buffer("ploc.root", 1)?,
-        root: empty,
-        count: n,
-    };
+    let tree = RawTree::new(build, n)?;
     if n == 0 {
         build.note("ploc: skipped, no triangle can be hit");
         return Ok(tree);
@@ -125,12 +100,12 @@ pub(super) fn cluster(build: &mut Build<'_>, order: &Order, space: &Space) -> Re
     }
     rounds.tree.root = rounds.tree.root_buffer.read()?[0];
     if rounds.tree.root.stalled != 0 {
-        return Err(BuildError::Stalled { rounds: rounds.tree.root.rounds, clusters: state.clusters });
+        return Err(BuildError::Stalled { rounds: rounds.tree.root.levels, clusters: state.clusters });
     }
     build.note(format!(
         "ploc: {} rounds, the last {} over {} clusters in one dispatch",
-        rounds.tree.root.rounds,
-        rounds.tree.root.rounds - state.rounds,
+        rounds.tree.root.levels,
+        rounds.tree.root.levels - state.rounds,
         state.clusters
     ));
     Ok(rounds.tree)

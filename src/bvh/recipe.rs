@@ -1,9 +1,40 @@
 //! What to build: every choice of a build with its unit, range and effect.
 
 use super::{BuildError, Result};
-use crate::abi::MAX_LEAF;
+use crate::abi::{CODE_30, CODE_63, CODE_EXT4, CODE_EXT7, MAX_LEAF};
 
-/// Length of the Morton codes that order the triangles.
+/// What makes the binary tree. Everything after, leaves by cost included, is the same.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Builder {
+    /// Parallel locally-ordered clustering \[PLOC18\].
+    #[default]
+    Ploc,
+    /// The radix tree over the Morton codes \[KARRAS12\]: faster, a worse tree.
+    Lbvh,
+    /// Top-down splits by the surface area heuristic, on the CPU \[WALD07\]: slower, a better tree.
+    Binned,
+}
+
+impl Builder {
+    /// Every choice.
+    pub const ALL: [Self; 3] = [Self::Ploc, Self::Lbvh, Self::Binned];
+
+    /// As arguments and reports have it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ploc => "ploc",
+            Self::Lbvh => "lbvh",
+            Self::Binned => "sah",
+        }
+    }
+
+    /// Whether it goes by Morton codes.
+    pub fn wants_codes(self) -> bool {
+        self != Self::Binned
+    }
+}
+
+/// The Morton codes that order the triangles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Morton {
     /// 30 bits, and 63 where too many triangles share a code.
@@ -13,6 +44,36 @@ pub enum Morton {
     Bits30,
     /// 21 bits an axis: eight sort passes.
     Bits63,
+    /// 63 bits, every fourth of the triangle's size: 16 an axis \[VINKLER17\].
+    Ext4,
+    /// 63 bits, every seventh of the triangle's size: 18 an axis \[VINKLER17\].
+    Ext7,
+}
+
+impl Morton {
+    /// Every choice.
+    pub const ALL: [Self; 5] = [Self::Auto, Self::Bits30, Self::Bits63, Self::Ext4, Self::Ext7];
+
+    /// As arguments and reports have it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Bits30 => "30",
+            Self::Bits63 => "63",
+            Self::Ext4 => "ext4",
+            Self::Ext7 => "ext7",
+        }
+    }
+
+    /// The code to start with, as kernels know it.
+    pub(super) fn code(self) -> u32 {
+        match self {
+            Self::Auto | Self::Bits30 => CODE_30,
+            Self::Bits63 => CODE_63,
+            Self::Ext4 => CODE_EXT4,
+            Self::Ext7 => CODE_EXT7,
+        }
+    }
 }
 
 /// When a subtree becomes one leaf: where the surface area heuristic says that it costs less \[GOLDSMITH87, WALD07\].
@@ -29,7 +90,9 @@ pub struct Collapse {
 /// A build's choices. [`Recipe::default`] is what the README's figures used.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Recipe {
-    /// Morton codes.
+    /// Builder.
+    pub builder: Builder,
+    /// Morton codes; the binned builder has none.
     pub morton: Morton,
     /// PLOC's search radius, clusters to either side: 1–128. Larger: slower, a slightly better tree in some scenes.
     pub radius: u32,
@@ -41,7 +104,7 @@ impl Default for Recipe {
     fn default() -> Self {
         // Radius 8: in a prototype 16 took 9–20 % longer and lowered the cost by 0.8 % at best. Not measured here.
         let collapse = Collapse { traversal_cost: 3.0, triangle_cost: 2.0, max_leaf: 8 };
-        Self { morton: Morton::Auto, radius: 8, collapse }
+        Self { builder: Builder::Ploc, morton: Morton::Auto, radius: 8, collapse }
     }
 }
 

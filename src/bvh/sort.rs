@@ -21,6 +21,16 @@ pub(super) struct Order {
     pub triangles: Buffer<u32>,
     /// Triangles that can be hit.
     pub count: u32,
+    /// Their codes, for builders that compare them.
+    pub keys: Option<Keys>,
+}
+
+/// Codes in rising order.
+pub(super) struct Keys {
+    /// Of 30 bits, or the upper 31 of 63.
+    pub high: Buffer<u32>,
+    /// The lower 32 of 63.
+    pub low: Option<Buffer<u32>>,
 }
 
 /// Sorts by code.
@@ -36,10 +46,15 @@ pub(super) fn by_code(build: &mut Build<'_>, mut codes: Codes) -> Result<Order> 
     } else {
         sorter.passes(&mut rec, &mut codes.keys, &mut codes.order, codes.live)?
     };
-    let bits = if build.recipe.morton == Morton::Bits63 { 63 } else { 30 };
+    let what = match build.recipe.morton {
+        Morton::Auto | Morton::Bits30 => "30-bit codes",
+        Morton::Bits63 => "63-bit codes",
+        Morton::Ext4 => "63-bit codes, 15 bits of them of size",
+        Morton::Ext7 => "63-bit codes, 9 bits of them of size",
+    };
     build.note(format!(
-        "morton: {bits}-bit codes, {passes} sort passes for {} live bits",
-        codes.live.count_ones()
+        "morton: {what}, {passes} sort passes for {} live bits",
+        codes.live.count_ones() + codes.low_live.count_ones()
     ));
     if build.recipe.morton == Morton::Auto && codes.hittable > 1 {
         sorter.count_duplicates(&mut rec, &codes.keys, codes.hittable)?;
@@ -64,7 +79,8 @@ pub(super) fn by_code(build: &mut Build<'_>, mut codes: Codes) -> Result<Order> 
     } else {
         build.run(rec)?;
     }
-    Ok(Order { triangles: codes.order, count: codes.hittable })
+    let keys = build.compares_codes().then_some(Keys { high: codes.keys, low: codes.low_keys });
+    Ok(Order { triangles: codes.order, count: codes.hittable, keys })
 }
 
 /// Buffers of a sort of `count` pairs.
@@ -159,29 +175,47 @@ impl Sorter {
         Ok(())
     }
 
-    /// Sorts by 63-bit codes: low words first, then the high words in that order.
+    /// Sorts by codes of two words: low words first, then the high words in that order.
     fn wide(
         &mut self,
         build: &Build<'_>,
         rec: &mut Recorder,
         codes: &mut Codes,
-        mut low_keys: Buffer<u32>,
+        low_keys: Buffer<u32>,
     ) -> Result<u32> {
-        let low = self.passes(rec, &mut low_keys, &mut codes.order, codes.low_live)?;
-        let workgroup = build.device.shape().trace_workgroup;
-        rec.dispatch(
-            &kernels::SORT_GATHER,
-            &[(SPEC_WG, workgroup)],
-            self.count.div_ceil(workgroup),
-            SortGatherArgs {
-                source: codes.keys.ptr(),
-                order: codes.order.ptr(),
-                gathered: low_keys.ptr_mut(),
-                count: self.count,
-            },
-        )?;
-        let high = self.passes(rec, &mut low_keys, &mut codes.order, codes.live)?;
+        // Passes use up what they sort. A builder that compares codes wants the low words once more, in the end's order.
+        let (mut words, kept) = if build.compares_codes() {
+            let words = build.buffer("sort.words", self.count as usize)?;
+            self.gather(build, rec, &low_keys, &codes.order, &words)?;
+            (words, Some(low_keys))
+        } else {
+            (low_keys, None)
+        };
+        let low = self.passes(rec, &mut words, &mut codes.order, codes.low_live)?;
+        self.gather(build, rec, &codes.keys, &codes.order, &words)?;
+        let high = self.passes(rec, &mut words, &mut codes.order, codes.live)?;
+        if let Some(low_keys) = kept {
+            self.gather(build, rec, &low_keys, &codes.order, &self.keys)?;
+            codes.low_keys = Some(std::mem::replace(&mut self.keys, low_keys));
+        }
+        codes.keys = words;
         Ok(low + high)
+    }
+
+    fn gather(
+        &self,
+        build: &Build<'_>,
+        rec: &mut Recorder,
+        source: &Buffer<u32>,
+        order: &Buffer<u32>,
+        gathered: &Buffer<u32>,
+    ) -> Result<()> {
+        let workgroup = build.device.shape().trace_workgroup;
+        let (source, order, gathered) = (source.ptr(), order.ptr(), gathered.ptr_mut());
+        let args = SortGatherArgs { source, order, gathered, count: self.count };
+        let groups = self.count.div_ceil(workgroup);
+        rec.dispatch(&kernels::SORT_GATHER, &[(SPEC_WG, workgroup)], groups, args)?;
+        Ok(())
     }
 
     fn count_duplicates(&self, rec: &mut Recorder, keys: &Buffer<u32>, count: u32) -> Result<()> {

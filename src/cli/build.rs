@@ -1,11 +1,11 @@
 //! `boxwood build`: builds a scene's tree and says what it took.
 
 use super::check::{self, Checks};
-use super::choices::{Builder, RecipeArgs, ReportArgs};
+use super::choices::{RecipeArgs, ReportArgs};
 use super::files::{Output, emit};
 use super::{Global, explain};
 use crate::bench::{Builds, KernelTime, measure_builds};
-use crate::bvh::{Bvh, Recipe, SceneBuffers};
+use crate::bvh::{Builder, Bvh, Recipe, SceneBuffers};
 use crate::device::Device;
 use crate::oracle::quality::{Quality, measure};
 use crate::oracle::validate::Claims;
@@ -36,12 +36,17 @@ pub(super) struct BuildReport {
     scene: String,
     triangles: usize,
     left_out: u32,
-    builder: Builder,
-    radius: u32,
+    builder: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    morton: Option<&'static str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    radius: Option<u32>,
     max_leaf: u32,
     costs: [f32; 2],
     runs: usize,
     build_ms: f64,
+    /// Of the last build, the share of its time that the CPU took.
+    build_host_ms: f64,
     build_ms_min: f64,
     build_wall_ms: f64,
     bvh_bytes: u64,
@@ -66,13 +71,7 @@ struct Report<'a> {
 
 impl BuildReport {
     /// Of `builds`; reads the tree back for its hash.
-    pub(super) fn new(
-        device: &Device,
-        scene: &Scene,
-        builder: Builder,
-        recipe: &Recipe,
-        builds: &Builds,
-    ) -> Result<Self> {
+    pub(super) fn new(device: &Device, scene: &Scene, recipe: &Recipe, builds: &Builds) -> Result<Self> {
         let bvh = &builds.built.bvh;
         Ok(Self {
             device: device.info().name.clone(),
@@ -81,12 +80,14 @@ impl BuildReport {
             scene: scene.name.clone(),
             triangles: scene.triangles.len(),
             left_out: bvh.left_out,
-            builder,
-            radius: recipe.radius,
+            builder: recipe.builder.name(),
+            morton: recipe.builder.wants_codes().then_some(recipe.morton.name()),
+            radius: (recipe.builder == Builder::Ploc).then_some(recipe.radius),
             max_leaf: recipe.collapse.max_leaf,
             costs: [recipe.collapse.traversal_cost, recipe.collapse.triangle_cost],
             runs: builds.device.runs,
             build_ms: builds.device.median,
+            build_host_ms: builds.built.times.host_ms,
             build_ms_min: builds.device.min,
             build_wall_ms: builds.wall.median,
             bvh_bytes: bvh.bytes(),
@@ -123,7 +124,7 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     let scene = global.open_scene(&args.scene)?;
     let buffers = SceneBuffers::upload(&device, &scene)?;
     let builds = measure_builds(&device, &buffers, &recipe, args.report.runs as usize)?;
-    let build = BuildReport::new(&device, &scene, args.recipe.builder, &recipe, &builds)?;
+    let build = BuildReport::new(&device, &scene, &recipe, &builds)?;
     build.remark(global);
     if args.report.explain {
         explain::build(&builds.built);

@@ -1,29 +1,39 @@
 //! Arguments that several subcommands share, and what they mean to the library.
 
-use crate::bvh::{Collapse, Morton, Recipe};
+use crate::bvh::{Builder, Collapse, Morton, Recipe};
 use crate::trace::Precision;
 use clap::ValueEnum;
+use clap::builder::PossibleValue;
 use std::path::PathBuf;
 
-/// Which builder. One for now.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, serde::Serialize)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum Builder {
-    /// Parallel locally-ordered clustering over Morton order.
-    Ploc,
+impl ValueEnum for Builder {
+    fn value_variants<'a>() -> &'a [Self] {
+        &Self::ALL
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(PossibleValue::new(self.name()).help(match self {
+            Self::Ploc => "Parallel locally-ordered clustering over Morton order",
+            Self::Lbvh => "The radix tree over the Morton codes: faster, a worse tree",
+            Self::Binned => "Top-down by the surface area heuristic, on the CPU: slower, a better tree",
+        }))
+    }
 }
 
-/// Length of the Morton codes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum MortonBits {
-    /// 10 bits an axis.
-    #[value(name = "30")]
-    Bits30,
-    /// 21 bits an axis.
-    #[value(name = "63")]
-    Bits63,
-    /// 63 where too many triangles share a 30-bit code.
-    Auto,
+impl ValueEnum for Morton {
+    fn value_variants<'a>() -> &'a [Self] {
+        &Self::ALL
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(PossibleValue::new(self.name()).help(match self {
+            Self::Auto => "30 bits, and 63 where too many triangles share a code",
+            Self::Bits30 => "10 bits an axis",
+            Self::Bits63 => "21 bits an axis",
+            Self::Ext4 => "63 bits, every fourth of the triangle's size",
+            Self::Ext7 => "63 bits, every seventh of the triangle's size",
+        }))
+    }
 }
 
 /// Which triangle test.
@@ -58,14 +68,14 @@ impl From<PrecisionName> for Precision {
 #[derive(Debug, clap::Args)]
 pub(super) struct RecipeArgs {
     /// Builder.
-    #[arg(long, value_enum, default_value_t = Builder::Ploc)]
-    pub(super) builder: Builder,
+    #[arg(long, value_enum, default_value_t = Recipe::default().builder)]
+    builder: Builder,
     /// PLOC's search radius, clusters to either side: 1–128.
     #[arg(long, value_name = "N", default_value_t = Recipe::default().radius, value_parser = clap::value_parser!(u32).range(1..=128))]
     radius: u32,
-    /// Bits of the Morton codes.
-    #[arg(long, value_enum, default_value_t = MortonBits::Auto)]
-    morton: MortonBits,
+    /// Morton codes.
+    #[arg(long, value_enum, default_value_t = Recipe::default().morton)]
+    morton: Morton,
     /// Triangles that a leaf may hold: 1–64.
     #[arg(long, value_name = "N", default_value_t = Recipe::default().collapse.max_leaf, value_parser = clap::value_parser!(u32).range(1..=64))]
     max_leaf: u32,
@@ -77,14 +87,9 @@ pub(super) struct RecipeArgs {
 impl RecipeArgs {
     /// The same for the library.
     pub(super) fn recipe(&self) -> Recipe {
-        let morton = match self.morton {
-            MortonBits::Bits30 => Morton::Bits30,
-            MortonBits::Bits63 => Morton::Bits63,
-            MortonBits::Auto => Morton::Auto,
-        };
         let (traversal_cost, triangle_cost) = self.costs;
         let collapse = Collapse { traversal_cost, triangle_cost, max_leaf: self.max_leaf };
-        Recipe { morton, radius: self.radius, collapse }
+        Recipe { builder: self.builder, morton: self.morton, radius: self.radius, collapse }
     }
 }
 

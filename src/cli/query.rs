@@ -80,7 +80,7 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     let builds = measure_builds(&device, &buffers, &recipe, runs)?;
     drop(buffers);
     let bvh = &builds.built.bvh;
-    let build = BuildReport::new(&device, &scene, args.recipe.builder, &recipe, &builds)?;
+    let build = BuildReport::new(&device, &scene, &recipe, &builds)?;
     build.remark(global);
 
     let options = Options {

@@ -30,17 +30,20 @@ pub enum Timing {
 /// How long a pass took.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pass {
-    /// The kernel's name.
+    /// The kernel's name, or that of work on the host.
     pub name: &'static str,
-    /// Device time, ms.
+    /// Device time, ms; wall time of work on the host.
     pub ms: f64,
 }
 
 /// How long a submit took.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Times {
-    /// From the first pass to the end of the last, device time, ms; wall time where the device has no timestamps.
+    /// From the first pass to the end of the last, device time, ms; wall time where the device has no timestamps, and of
+    /// passes on the host.
     pub device_ms: f64,
+    /// The share of `device_ms` that passes on the host took.
+    pub host_ms: f64,
     /// From submit to its fence, ms.
     pub wall_ms: f64,
     /// With [`Timing::Kernels`]: each pass in order.
@@ -48,9 +51,17 @@ pub struct Times {
 }
 
 impl Times {
+    /// Those of a pass that ran on the host in a kernel's stead, for `wall`.
+    pub fn on_host(name: &'static str, wall: Duration, timing: Timing) -> Self {
+        let ms = wall.as_secs_f64() * 1e3;
+        let passes = if timing == Timing::Kernels { vec![Pass { name, ms }] } else { vec![] };
+        Self { device_ms: ms, host_ms: ms, wall_ms: ms, passes }
+    }
+
     /// Adds the times of a submit that followed.
     pub fn append(&mut self, next: Times) {
         self.device_ms += next.device_ms;
+        self.host_ms += next.host_ms;
         self.wall_ms += next.wall_ms;
         self.passes.extend(next.passes);
     }
@@ -368,7 +379,7 @@ impl Recorder {
     fn times(&self, wall: Duration) -> Result<Times> {
         let wall_ms = wall.as_secs_f64() * 1e3;
         let Some(queries) = self.queries else {
-            return Ok(Times { device_ms: wall_ms, wall_ms, passes: vec![] });
+            return Ok(Times { device_ms: wall_ms, host_ms: 0.0, wall_ms, passes: vec![] });
         };
         let count = if self.timing == Timing::Kernels { self.passes.len() + 1 } else { 2 };
         let mut ticks = vec![0u64; count.min(STAMPS as usize)];
@@ -392,7 +403,7 @@ impl Recorder {
         } else {
             vec![]
         };
-        Ok(Times { device_ms, wall_ms, passes })
+        Ok(Times { device_ms, host_ms: 0.0, wall_ms, passes })
     }
 }
 

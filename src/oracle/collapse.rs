@@ -1,7 +1,7 @@
 //! Twin of `glsl/collapse/*.comp`: which nodes the packed tree keeps, and where they and their leaves' triangles go.
 
-use super::ploc::RawTree;
 use crate::abi::{ABSORBED_BIT, Aabb, COLLAPSED_BIT, INVALID, LEAF_BIT, RAW_MASK, RawNode};
+use crate::bvh::raw::HostRawTree;
 
 /// What `collapse/number` writes, and the sums.
 #[derive(Debug, Clone)]
@@ -29,7 +29,7 @@ pub fn is_absorbed(child: u32) -> bool {
 }
 
 /// Children of the packed node of a raw node, left to right, with their boxes: those of absorbed nodes in their place.
-pub fn children(tree: &RawTree, node: u32) -> Vec<(u32, Aabb)> {
+pub fn children(tree: &HostRawTree, node: u32) -> Vec<(u32, Aabb)> {
     let RawNode { left_bounds, right_bounds, left, right } = tree.nodes[node as usize];
     let expand = |(child, bounds)| {
         if is_absorbed(child) { children(tree, child & RAW_MASK) } else { vec![(child, bounds)] }
@@ -38,7 +38,7 @@ pub fn children(tree: &RawTree, node: u32) -> Vec<(u32, Aabb)> {
 }
 
 /// Triangles of `child` where it is a leaf of the packed tree, else 0.
-fn leaf_count(tree: &RawTree, child: u32) -> u32 {
+fn leaf_count(tree: &HostRawTree, child: u32) -> u32 {
     if child >= LEAF_BIT {
         return 1;
     }
@@ -46,7 +46,7 @@ fn leaf_count(tree: &RawTree, child: u32) -> u32 {
 }
 
 /// Keeps what a walk from the root reaches without entering a collapsed node, and is not absorbed; numbers it in order.
-pub fn number(tree: &RawTree) -> Kept {
+pub fn number(tree: &HostRawTree) -> Kept {
     let mut kept = vec![false; tree.nodes.len()];
     let whole = tree.nodes.is_empty() || tree.links[tree.root.node as usize].count & COLLAPSED_BIT != 0;
     let mut stack = if whole { vec![] } else { vec![tree.root.node] };

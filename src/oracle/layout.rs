@@ -2,8 +2,8 @@
 
 use super::collapse::{Kept, children, is_leaf};
 use super::morton::Space;
-use super::ploc::{RawTree, merged};
 use crate::abi::{Aabb, COLLAPSED_BIT, INVALID, LEAF_BIT, Node, RAW_MASK, TRIANGLE_WORDS};
+use crate::bvh::raw::{HostRawTree, merged};
 use crate::bvh::{HostTree, leaf_bits};
 use crate::scene::Scene;
 
@@ -11,7 +11,7 @@ struct Packer<'a> {
     scene: &'a Scene,
     order: &'a [u32],
     scale: f32,
-    tree: &'a RawTree,
+    tree: &'a HostRawTree,
     kept: &'a Kept,
     triangles: Vec<u32>,
     leaf_bits: u32,
@@ -93,7 +93,7 @@ pub fn pack(
     order: &[u32],
     space: &Space,
     max_leaf: u32,
-    parts: Option<(&RawTree, &Kept)>,
+    parts: Option<(&HostRawTree, &Kept)>,
 ) -> HostTree {
     let leaf_bits = leaf_bits(max_leaf);
     let Some((tree, kept)) = parts else {

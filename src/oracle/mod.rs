@@ -3,11 +3,13 @@
 //! A twin has its stage's name and its kernels' function and variable names, in the same order. It is slow and
 //! obvious: it says what the kernels compute, bit for bit.
 
+pub mod binned;
 pub mod brute;
 pub mod collapse;
 pub mod compare;
 pub mod exact;
 pub mod layout;
+pub mod lbvh;
 pub mod morton;
 pub mod ploc;
 pub mod quality;
@@ -19,7 +21,8 @@ pub mod trace;
 pub mod validate;
 
 use crate::abi::Aabb;
-use crate::bvh::{HostTree, Recipe};
+use crate::bvh::raw::HostRawTree;
+use crate::bvh::{Builder, HostTree, Recipe};
 use crate::scene::Scene;
 
 /// What each stage of a build comes to: the twin of `bvh::Stages`, and the tree.
@@ -29,10 +32,10 @@ pub struct Built {
     pub bounds: Aabb,
     /// Unit space.
     pub space: morton::Space,
-    /// Triangles in Morton order, without those that can't be hit.
+    /// Triangles in the builder's order, without those that can't be hit.
     pub order: Vec<u32>,
     /// The binary tree, and what of it is kept; none where no triangle can be hit.
-    pub raw: Option<(ploc::RawTree, collapse::Kept)>,
+    pub raw: Option<(HostRawTree, collapse::Kept)>,
     /// The packed tree.
     pub tree: HostTree,
 }
@@ -41,8 +44,20 @@ pub struct Built {
 pub fn build(scene: &Scene, recipe: &Recipe) -> Built {
     let (bounds, hittable) = morton::bounds(scene);
     let space = morton::space(&bounds, hittable);
-    let order = sort::by_code(scene, &bounds, hittable, recipe.morton);
-    let raw = ploc::cluster(scene, &order, &space, recipe.radius, &recipe.collapse);
+    let by_code = || sort::by_code(scene, &bounds, hittable, recipe.morton);
+    let (order, raw) = match recipe.builder {
+        Builder::Ploc => {
+            let order = by_code().0;
+            let raw = ploc::cluster(scene, &order, &space, recipe.radius, &recipe.collapse);
+            (order, raw)
+        }
+        Builder::Lbvh => {
+            let (order, keys) = by_code();
+            let raw = lbvh::climb(scene, &order, &keys, &space, &recipe.collapse);
+            (order, raw)
+        }
+        Builder::Binned => binned::split(scene, &space, &recipe.collapse),
+    };
     let raw = raw.map(|tree| {
         let kept = collapse::number(&tree);
         (tree, kept)

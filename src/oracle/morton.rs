@@ -1,10 +1,9 @@
 //! Twin of `glsl/morton/*.comp` and of the unit space that `bvh::morton` takes from its bounds.
 
 use crate::abi::{Aabb, UNHITTABLE_KEY};
+use crate::bvh::Morton;
+use crate::bvh::raw::{Corners, greatest_of, hittable, least_of, triangle_bounds};
 use crate::scene::Scene;
-
-/// Corners of a triangle.
-pub type Corners = [[f32; 3]; 3];
 
 /// From scene space to unit space: scene · `scale` − `anchor`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,29 +16,6 @@ pub struct Space {
     pub anchor: [f32; 3],
     /// Largest absolute coordinate in unit space.
     pub reach: f32,
-}
-
-/// `a` where it is less, else `b`: as the kernels have it, so that of −0 and +0 both take the same.
-pub fn least_of(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
-}
-
-/// `a` where it is greater, else `b`.
-pub fn greatest_of(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
-}
-
-/// False where no ray can hit: a corner is not finite, or two corners coincide.
-pub fn hittable([a, b, c]: Corners) -> bool {
-    [a, b, c].iter().flatten().all(|x| x.is_finite()) && a != b && b != c && c != a
-}
-
-/// The triangle's box, scene space.
-pub fn triangle_bounds([a, b, c]: Corners) -> Aabb {
-    Aabb {
-        lo: std::array::from_fn(|k| least_of(a[k], least_of(b[k], c[k]))),
-        hi: std::array::from_fn(|k| greatest_of(a[k], greatest_of(b[k], c[k]))),
-    }
 }
 
 /// Bounds of the triangles that can be hit, and how many these are.
@@ -88,41 +64,92 @@ fn factors(bounds: &Aabb) -> [f32; 3] {
     }
 }
 
-/// Cell of a triangle's centre in the scene's bounds: 21 bits an axis. `lo` has been multiplied
-/// by `factor`.
-fn cell(corners: Corners, lo: [f32; 3], factor: [f32; 3], scale: f32) -> [u32; 3] {
-    let Aabb { lo: least, hi: greatest } = triangle_bounds(corners);
-    std::array::from_fn(|k| {
-        let centre = ((least[k] * factor[k] - lo[k]) + (greatest[k] * factor[k] - lo[k])) * (0.5 * scale);
-        // A cast of a float too large saturates.
-        (greatest_of(centre * 2_097_152.0, 0.0) as u32).min(2_097_151)
-    })
+/// How cells and sizes are measured.
+#[derive(Debug, Clone, Copy)]
+struct Scale {
+    /// By which coordinates are multiplied first.
+    factor: [f32; 3],
+    /// Least corner of the scene's box, so multiplied.
+    lo: [f32; 3],
+    /// 1 / the box's longest edge, likewise; 0 where it has none.
+    scale: f32,
+    /// 1 / (diagonal · `scale`)², of the box, likewise.
+    per_diagonal2: f32,
 }
 
-/// Bit `k` of x, y and z to bits 3k, 3k + 1 and 3k + 2.
-fn interleave(q: [u32; 3]) -> u64 {
-    let bit = |axis: usize, k: u32| u64::from(q[axis] >> k & 1) << (3 * k + axis as u32);
-    (0..21).map(|k| bit(0, k) | bit(1, k) | bit(2, k)).sum()
+impl Scale {
+    fn of(bounds: &Aabb) -> Self {
+        let factor = factors(bounds);
+        let [lo, hi] = [bounds.lo, bounds.hi].map(|p| std::array::from_fn(|k| p[k] * factor[k]));
+        let longest = longest(lo, hi);
+        let scale = if longest > 0.0 { reciprocal(longest) } else { 0.0 };
+        let diagonal2 = length2(std::array::from_fn(|k| (hi[k] - lo[k]) * scale));
+        let per_diagonal2 = if scale > 0.0 { reciprocal(diagonal2) } else { 0.0 };
+        Self { factor, lo, scale, per_diagonal2 }
+    }
+
+    /// Cell of a triangle's centre in the scene's bounds: 21 bits an axis.
+    fn cell(&self, corners: Corners) -> [u32; 3] {
+        let Aabb { lo: least, hi: greatest } = triangle_bounds(corners);
+        std::array::from_fn(|k| {
+            let from_lo = |x: f32| x * self.factor[k] - self.lo[k];
+            let centre = (from_lo(least[k]) + from_lo(greatest[k])) * (0.5 * self.scale);
+            // A cast of a float too large saturates.
+            (greatest_of(centre * 2_097_152.0, 0.0) as u32).min(2_097_151)
+        })
+    }
+
+    /// Diagonal of a triangle's box over the scene's: 15 bits.
+    fn size(&self, corners: Corners) -> u32 {
+        let Aabb { lo: least, hi: greatest } = triangle_bounds(corners);
+        let e =
+            std::array::from_fn(|k| (greatest[k] * self.factor[k] - least[k] * self.factor[k]) * self.scale);
+        let share2 = length2(e) * self.per_diagonal2 * 1_073_741_824.0;
+        (share2 as u32).min((1 << 30) - 1).isqrt()
+    }
 }
 
-/// A code for each triangle; those that can't be hit have one behind all others.
-fn encode(scene: &Scene, bounds: &Aabb, code: impl Fn([u32; 3]) -> u64, unhittable: u64) -> Vec<u64> {
-    let factor = factors(bounds);
-    let [lo, hi] = [bounds.lo, bounds.hi].map(|p| std::array::from_fn(|k| p[k] * factor[k]));
-    let longest = longest(lo, hi);
-    let scale = if longest > 0.0 { reciprocal(longest) } else { 0.0 };
+fn length2([x, y, z]: [f32; 3]) -> f32 {
+    x * x + y * y + z * z
+}
+
+/// Bits of a code from the top: z, y, x in turn, and one of `size` behind each `triples` of them while there are any.
+/// A number of n bits gives the upper ones first.
+fn interleave(q: [u32; 3], axis_bits: u32, size: u32, size_bits: u32, triples: u32) -> u64 {
+    let mut code = 0;
+    let mut sizes = (0..size_bits).rev();
+    for k in (0..axis_bits).rev() {
+        for axis in [2, 1, 0] {
+            code = code << 1 | u64::from(q[axis] >> k & 1);
+        }
+        if (axis_bits - k).is_multiple_of(triples) {
+            code = sizes.next().map_or(code, |k| code << 1 | u64::from(size >> k & 1));
+        }
+    }
+    code
+}
+
+/// A code for each triangle: of 30 bits, or of 63, which the device holds as two words, the upper 31 bits and the lower
+/// 32. Those that can't be hit have one behind all others. With [`Morton::Auto`]: the 30-bit ones.
+pub fn encode(scene: &Scene, bounds: &Aabb, morton: Morton) -> Vec<u64> {
+    let measure = Scale::of(bounds);
+    let code = |corners| {
+        let (q, size) = (measure.cell(corners), measure.size(corners));
+        match morton {
+            Morton::Auto | Morton::Bits30 => interleave(q.map(|x| x >> 11), 10, 0, 0, 1),
+            Morton::Bits63 => interleave(q, 21, 0, 0, 1),
+            Morton::Ext4 => interleave(q.map(|x| x >> 5), 16, size, 15, 1),
+            Morton::Ext7 => interleave(q.map(|x| x >> 3), 18, size >> 6, 9, 2),
+        }
+    };
+    let unhittable = u64::from(UNHITTABLE_KEY) << if is_wide(morton) { 32 } else { 0 };
     let corners = (0..scene.triangles.len()).map(|i| scene.corners(i));
-    corners.map(|c| if hittable(c) { code(cell(c, lo, factor, scale)) } else { unhittable }).collect()
+    corners.map(|c| if hittable(c) { code(c) } else { unhittable }).collect()
 }
 
-/// 30-bit codes: ten bits an axis.
-pub fn encode_30(scene: &Scene, bounds: &Aabb) -> Vec<u64> {
-    encode(scene, bounds, |q| interleave(q.map(|x| x >> 11)), u64::from(UNHITTABLE_KEY))
-}
-
-/// 63-bit codes. The device holds them as two words, the upper 31 bits and the lower 32.
-pub fn encode_63(scene: &Scene, bounds: &Aabb) -> Vec<u64> {
-    encode(scene, bounds, interleave, u64::from(UNHITTABLE_KEY) << 32)
+/// Whether codes have two words.
+pub fn is_wide(morton: Morton) -> bool {
+    !matches!(morton, Morton::Auto | Morton::Bits30)
 }
 
 /// Unit space of a scene.

@@ -22,20 +22,19 @@ pub fn duplicates(keys: &[u64]) -> usize {
     keys.windows(2).filter(|pair| pair[0] == pair[1]).count()
 }
 
-/// Triangles in Morton order, without those that can't be hit.
-pub fn by_code(scene: &Scene, bounds: &Aabb, hittable: u32, morton: Morton) -> Vec<u32> {
-    let keys = morton::encode_30(scene, bounds);
-    let hit: Vec<u64> = keys.iter().copied().filter(|key| *key != u64::from(UNHITTABLE_KEY)).collect();
-    let wide = match morton {
-        Morton::Bits30 => false,
-        Morton::Bits63 => true,
-        Morton::Auto => {
-            let share = duplicates(&hit) as f64 / f64::from(hittable.max(1));
-            // Where no bit of the codes differs, more of them won't tell the centres apart either.
-            share > DUPLICATES_FOR_63 && hit.iter().any(|key| *key != hit[0])
+/// Triangles in Morton order, without those that can't be hit, and their codes.
+pub fn by_code(scene: &Scene, bounds: &Aabb, hittable: u32, morton: Morton) -> (Vec<u32>, Vec<u64>) {
+    let mut keys = morton::encode(scene, bounds, morton);
+    if morton == Morton::Auto {
+        let hit: Vec<u64> = keys.iter().copied().filter(|key| *key != u64::from(UNHITTABLE_KEY)).collect();
+        let share = duplicates(&hit) as f64 / f64::from(hittable.max(1));
+        // Where no bit of the codes differs, more of them won't tell the centres apart either.
+        if share > DUPLICATES_FOR_63 && hit.iter().any(|key| *key != hit[0]) {
+            keys = morton::encode(scene, bounds, Morton::Bits63);
         }
-    };
-    let mut order = order(&if wide { morton::encode_63(scene, bounds) } else { keys });
+    }
+    let mut order = order(&keys);
     order.truncate(hittable as usize);
-    order
+    let sorted = order.iter().map(|i| keys[*i as usize]).collect();
+    (order, sorted)
 }

@@ -1,8 +1,9 @@
 //! Twin of `glsl/trace/single.comp` with the robust test; the other kernels give the same hits. Signs that the kernel
 //! takes from integers are taken from f64 here, in which a product of two f32 is exact.
 
-use super::morton::{Space, greatest_of, least_of};
+use super::morton::Space;
 use crate::abi::{Hit, INVALID, LEAF_BIT, Node, Ray, TRIANGLE_WORDS, Tests};
+use crate::bvh::raw::{greatest_of, least_of};
 use crate::bvh::{Child, HostTree};
 
 type V3 = [f32; 3];

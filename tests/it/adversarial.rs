@@ -6,25 +6,40 @@ use crate::gpu::quiet;
 use crate::matrix::assert_twin;
 use crate::soup::{Corners, Random, moved, random, random_rays, ray, scene, sphere};
 use boxwood::abi::{Hit, Ray};
-use boxwood::bvh::Recipe;
+use boxwood::bvh::{Builder, Morton, Recipe};
 use boxwood::device::{Device, Timing};
 use boxwood::oracle::compare::{self, compare};
 use boxwood::oracle::reference::Reference;
+use boxwood::oracle::validate::{Claims, validate};
 use boxwood::scene::Scene;
 use boxwood::trace::{Batch, Options, trace};
+use bytemuck::bytes_of;
 use proptest::prelude::*;
 use std::sync::Arc;
 
-/// Tree against twin, hits against the reference.
+/// Each builder's tree against its twin and what must hold of any tree, hits against the reference. Returns PLOC's hits.
 fn check(what: &str, device: &Arc<Device>, scene: &Scene, rays: &[Ray]) -> Vec<Hit> {
-    let (built, _) = assert_twin(what, device, scene, &Recipe::default());
-    let mut batch = Batch::new(device, rays.len(), false).unwrap();
-    batch.set(rays).unwrap();
-    trace(device, &built.bvh, &batch, Options::default(), Timing::Off).unwrap();
-    let hits = batch.hits.read().unwrap();
-    let verdict = compare(&Reference::new(scene), rays, &hits, compare::Query::Closest);
-    assert!(verdict.is_clean(), "{what}: {verdict}");
-    hits
+    let reference = Reference::new(scene);
+    let [ploc, lbvh, binned] = Builder::ALL.map(|builder| {
+        let recipe = Recipe { builder, ..Recipe::default() };
+        let (built, _) = assert_twin(what, device, scene, &recipe);
+        let claims = Claims::of(&built.bvh, recipe.collapse);
+        if let Err(invalid) = validate(scene, &built.bvh.read().unwrap(), &claims) {
+            panic!("{what}, {builder:?}: {invalid}");
+        }
+        let mut batch = Batch::new(device, rays.len(), false).unwrap();
+        batch.set(rays).unwrap();
+        trace(device, &built.bvh, &batch, Options::default(), Timing::Off).unwrap();
+        let hits = batch.hits.read().unwrap();
+        let verdict = compare(&reference, rays, &hits, compare::Query::Closest);
+        assert!(verdict.is_clean(), "{what}, {builder:?}: {verdict}");
+        hits
+    });
+    for (builder, hits) in [("lbvh", lbvh), ("sah", binned)] {
+        let differ = ploc.iter().zip(&hits).position(|(a, b)| bytes_of(a) != bytes_of(b));
+        assert_eq!(differ, None, "{what}: a ray's hit differs between ploc and {builder}");
+    }
+    ploc
 }
 
 #[test]
@@ -73,8 +88,10 @@ fn damaged_triangles_are_left_out_and_numbers_stay() {
     assert_eq!((built.bvh.left_out, built.bvh.triangle_count), (1500, 1000));
     // Two of opposite zero are one place: the corners coincide.
     let zeros = scene(&[[[0.0, -0.0, 0.0], [0.0, 0.0, -0.0], [1.0, 1.0, 1.0]], good[0]]);
-    let (built, _) = assert_twin("zeros", &device, &zeros, &Recipe::default());
-    assert_eq!(built.bvh.left_out, 1);
+    for builder in Builder::ALL {
+        let (built, _) = assert_twin("zeros", &device, &zeros, &Recipe { builder, ..Recipe::default() });
+        assert_eq!(built.bvh.left_out, 1);
+    }
 }
 
 #[test]
@@ -150,6 +167,22 @@ fn nested_and_growing_triangles() {
     check("one huge", &device, &scene(&huge), &random_rays(500, 13));
 }
 
+#[test]
+fn geometric_progressions() {
+    let device = quiet();
+    // Each a share of the one before, towards one corner or along one axis: splits by area peel a few off at a time.
+    for (what, ratio, axes) in [("halves", 0.5f32, 3), ("nearly alike", 0.99, 1), ("thirds", 1.0 / 3.0, 2)] {
+        let corners: Vec<Corners> = (0..1200)
+            .map(|i| {
+                let s = ratio.powi(i % 120);
+                let at: [f32; 3] = std::array::from_fn(|k| if k < axes { s } else { 0.0 });
+                [at, at.map(|x| x + 0.1 * s), [at[0] + 0.1 * s, at[1], at[2] + 0.2 * s]]
+            })
+            .collect();
+        check(what, &device, &scene(&corners), &random_rays(200, 14));
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
@@ -158,19 +191,25 @@ proptest! {
         corners in prop::collection::vec([[-3i8..=3, -3..=3, -3..=3], [-3..=3, -3..=3, -3..=3], [-3..=3, -3..=3, -3..=3]], 0..60),
         scale in prop::sample::select(vec![1.0f32, -0.0, 1e-30, 1e30]),
         radius in prop::sample::select(vec![8u32, 16]),
+        builder in prop::sample::select(Builder::ALL.to_vec()),
+        morton in prop::sample::select(Morton::ALL.to_vec()),
     ) {
         let device = quiet();
         let corners: Vec<Corners> = corners.iter().map(|c| c.map(|p| p.map(|x| f32::from(x) * scale))).collect();
-        assert_twin("lattice", &device, &scene(&corners), &Recipe { radius, ..Recipe::default() });
+        assert_twin("lattice", &device, &scene(&corners), &Recipe { builder, morton, radius, ..Recipe::default() });
     }
 
     #[test]
-    fn any_floats_equal_the_twin(words in prop::collection::vec(any::<u32>(), 0..400)) {
+    fn any_floats_equal_the_twin(
+        words in prop::collection::vec(any::<u32>(), 0..400),
+        builder in prop::sample::select(Builder::ALL.to_vec()),
+        morton in prop::sample::select(Morton::ALL.to_vec()),
+    ) {
         let device = quiet();
         let corners: Vec<Corners> = words
             .chunks_exact(9)
             .map(|w| std::array::from_fn(|c| std::array::from_fn(|k| f32::from_bits(w[3 * c + k]))))
             .collect();
-        assert_twin("any floats", &device, &scene(&corners), &Recipe::default());
+        assert_twin("any floats", &device, &scene(&corners), &Recipe { builder, morton, ..Recipe::default() });
     }
 }

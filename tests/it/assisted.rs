@@ -6,7 +6,7 @@
 use crate::gpu::quiet;
 use crate::soup::{grid, random, scene};
 use boxwood::abi::Ray;
-use boxwood::bvh::{self, Collapse, Morton, Recipe, SceneBuffers};
+use boxwood::bvh::{self, Builder, Collapse, Morton, Recipe, SceneBuffers};
 use boxwood::device::Timing;
 use boxwood::trace::{Batch, Options, Precision, Query, Walk, trace};
 
@@ -17,6 +17,8 @@ fn builds() {
     for (corners, recipe) in [
         (random(2100, 0.1, 1), recipe),
         (grid(300), Recipe { morton: Morton::Bits63, radius: 33, ..recipe }),
+        (random(300, 0.1, 4), Recipe { builder: Builder::Lbvh, morton: Morton::Ext7, ..recipe }),
+        (random(300, 0.1, 5), Recipe { builder: Builder::Binned, morton: Morton::Ext4, ..recipe }),
         (
             random(5, 0.5, 2),
             Recipe { collapse: Collapse { traversal_cost: 1e6, ..recipe.collapse }, ..recipe },

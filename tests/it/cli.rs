@@ -149,6 +149,29 @@ fn build_says_what_it_built() {
 }
 
 #[test]
+fn builders_and_codes_go_by_their_names() {
+    let folder = Folder::new();
+    let run = |builder: &str, morton: &str| -> Value {
+        let base = ["build", "two.tri", "--runs", "1", "--check", "--explain"];
+        let out = folder.run(&[&base[..], &["--builder", builder, "--morton", morton]].concat());
+        let stderr = String::from_utf8_lossy(&out.stderr);
+        assert!(out.status.success(), "{stderr}");
+        let stage = if builder == "sah" { "binned: " } else { builder };
+        assert!(stderr.contains(&format!("explain: {stage}")), "{stderr}");
+        serde_json::from_slice(&out.stdout).unwrap()
+    };
+    for (builder, morton) in [("ploc", "63"), ("lbvh", "ext4"), ("lbvh", "ext7"), ("lbvh", "auto")] {
+        let json = run(builder, morton);
+        assert_eq!((&json["builder"], &json["morton"]), (&builder.into(), &morton.into()));
+        assert_eq!((json["radius"].is_number(), &json["build_host_ms"]), (builder == "ploc", &0.0.into()));
+    }
+    let json = run("sah", "auto");
+    assert_eq!((&json["builder"], &json["morton"]), (&"sah".into(), &Value::Null));
+    assert!(json["build_host_ms"].as_f64() > Some(0.0), "{json}");
+    folder.fails(&["build", "two.tri", "--morton", "31"], 2, "31");
+}
+
+#[test]
 fn devices_names_the_one_in_use() {
     let out = Folder::new().run(&["devices", "--json"]);
     let json: Value = serde_json::from_slice(&out.stdout).unwrap();

@@ -6,10 +6,11 @@ use crate::gpu::quiet;
 use crate::matrix::{assert_twin, build, max_leaf};
 use crate::soup::{grid, random, scene};
 use boxwood::abi::{INVALID, LEAF_BIT, RAW_MASK, WIDTH};
-use boxwood::bvh::{self, Child, Collapse, Recipe, SceneBuffers};
+use boxwood::bvh::raw::half_area;
+use boxwood::bvh::{self, Builder, Child, Collapse, Recipe, SceneBuffers};
 use boxwood::device::Timing;
 use boxwood::oracle::collapse::{children, is_leaf};
-use boxwood::oracle::ploc;
+use boxwood::scene::Scene;
 
 #[test]
 fn no_leaf_is_larger_than_asked() {
@@ -58,12 +59,17 @@ fn one_leaf_is_a_tree() {
 fn the_cost_is_that_of_the_kept_tree() {
     // A node's cost as the twin sums it, from below, equals the cost counted over the tree from its root.
     let soup = scene(&random(1500, 0.4, 4));
-    let recipe = Recipe::default();
-    let (tree, _) = boxwood::oracle::build(&soup, &recipe).raw.unwrap();
+    for builder in Builder::ALL {
+        cost_is_that_of_the_kept_tree(&soup, &Recipe { builder, ..Recipe::default() });
+    }
+}
+
+fn cost_is_that_of_the_kept_tree(soup: &Scene, recipe: &Recipe) {
+    let (tree, _) = boxwood::oracle::build(soup, recipe).raw.unwrap();
     let c = recipe.collapse;
     let (mut cost, mut stack) = (0.0, vec![(tree.root.node, tree.root.bounds)]);
     while let Some((child, bounds)) = stack.pop() {
-        let area = f64::from(ploc::half_area(&bounds));
+        let area = f64::from(half_area(&bounds));
         let at = (child & RAW_MASK) as usize;
         if is_leaf(child) {
             let count = if child >= LEAF_BIT { 1 } else { tree.links[at].count & RAW_MASK };

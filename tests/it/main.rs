@@ -3,6 +3,7 @@
 mod adversarial;
 mod assisted;
 mod bench;
+mod binned;
 mod cli;
 mod collapse;
 mod device;
@@ -10,6 +11,7 @@ mod gpu;
 mod grid;
 mod layers;
 mod layout;
+mod lbvh;
 mod matrix;
 mod morton;
 mod oracle;

@@ -5,9 +5,9 @@
 use crate::gpu::{options, quiet, quiet_on};
 use crate::soup::{grid, random, scene};
 use boxwood::abi::TAIL_CLUSTERS;
-use boxwood::bvh::{self, Built, Collapse, HostTree, Morton, Recipe, SceneBuffers, Stages};
+use boxwood::bvh::{self, Builder, Built, Collapse, HostTree, Morton, Recipe, SceneBuffers, Stages};
 use boxwood::device::{Device, Options, Shape};
-use boxwood::oracle;
+use boxwood::oracle::{self, morton::is_wide};
 use boxwood::scene::Scene;
 use bytemuck::{bytes_of, cast_slice};
 use std::sync::{Arc, OnceLock};
@@ -66,16 +66,14 @@ pub fn assert_twin(
     let what = format!("{what}, {} triangles, {recipe:?}", scene.triangles.len());
     let (built, stages) = build(device, scene, recipe);
     let twin = oracle::build(scene, recipe);
-    let (keys, low_keys): (Vec<u32>, Vec<u32>) = match recipe.morton {
-        Morton::Bits63 => {
-            let split = |key: u64| ((key >> 32) as u32, key as u32);
-            oracle::morton::encode_63(scene, &twin.bounds).into_iter().map(split).unzip()
-        }
-        Morton::Auto | Morton::Bits30 => {
-            let keys = oracle::morton::encode_30(scene, &twin.bounds);
-            (keys.into_iter().map(|key| key as u32).collect(), vec![])
-        }
-    };
+    let mut codes = oracle::morton::encode(scene, &twin.bounds, recipe.morton);
+    if !recipe.builder.wants_codes() {
+        codes.clear();
+    }
+    let low_keys: Vec<u32> =
+        codes.iter().filter(|_| is_wide(recipe.morton)).map(|code| *code as u32).collect();
+    let shift = if is_wide(recipe.morton) { 32 } else { 0 };
+    let keys: Vec<u32> = codes.iter().map(|code| (code >> shift) as u32).collect();
     first_difference(&format!("{what}: code"), &stages.keys, &keys);
     first_difference(&format!("{what}: low word of code"), &stages.low_keys, &low_keys);
     first_difference(&format!("{what}: rank"), &stages.order, &twin.order);
@@ -119,7 +117,13 @@ fn sizes(shape: &Shape) -> Vec<usize> {
 fn every_size_equals_the_twin() {
     let device = quiet();
     for n in sizes(device.shape()) {
-        assert_twin("random", &device, &scene(&random(n, 0.05, n as u64)), &Recipe::default());
+        for builder in Builder::ALL {
+            // The binned twin is too slow for more.
+            if builder != Builder::Binned || n < 5000 {
+                let recipe = Recipe { builder, ..Recipe::default() };
+                assert_twin("random", &device, &scene(&random(n, 0.05, n as u64)), &recipe);
+            }
+        }
     }
 }
 
@@ -127,8 +131,11 @@ fn every_size_equals_the_twin() {
 fn equal_codes_equal_the_twin() {
     let device = quiet();
     for n in [7, 9, 63, 600, 2049, 5000, 20_000] {
-        for morton in [Morton::Auto, Morton::Bits30, Morton::Bits63] {
-            assert_twin("grid", &device, &scene(&grid(n)), &Recipe { morton, ..Recipe::default() });
+        for morton in Morton::ALL {
+            for builder in [Builder::Ploc, Builder::Lbvh] {
+                let recipe = Recipe { builder, morton, ..Recipe::default() };
+                assert_twin("grid", &device, &scene(&grid(n)), &recipe);
+            }
         }
     }
 }
@@ -152,7 +159,9 @@ fn every_leaf_size_equals_the_twin() {
     for leaf in [1, 2, 3, 4, 7, 8, 9, 31, 32, 63, 64] {
         for soup in &soups {
             assert_twin("leaves", &device, soup, &max_leaf(leaf));
+            assert_twin("leaves", &device, soup, &Recipe { builder: Builder::Lbvh, ..max_leaf(leaf) });
         }
+        assert_twin("leaves", &device, &soups[2], &Recipe { builder: Builder::Binned, ..max_leaf(leaf) });
     }
     let costs = |traversal_cost, triangle_cost| Recipe {
         collapse: Collapse { traversal_cost, triangle_cost, max_leaf: 64 },
@@ -180,6 +189,10 @@ fn shapes_and_loads_do_not_show() {
         let device = quiet_on(other);
         for soup in &soups {
             assert_twin(what, &device, soup, &Recipe::default());
+            for morton in [Morton::Auto, Morton::Ext7] {
+                let recipe = Recipe { builder: Builder::Lbvh, morton, ..Recipe::default() };
+                assert_twin(what, &device, soup, &recipe);
+            }
         }
     }
     // The window in registers and the plain loads, at a radius that has both.
@@ -193,10 +206,13 @@ fn shapes_and_loads_do_not_show() {
 fn the_same_scene_gives_the_same_bytes() {
     let device = quiet();
     let soup = scene(&random(20_000, 0.03, 6));
-    let first = build(&device, &soup, &Recipe::default()).0.bvh.read().unwrap();
-    for _ in 0..4 {
-        let again = build(&device, &soup, &Recipe::default()).0.bvh.read().unwrap();
-        assert_eq!(cast_slice::<_, u8>(&first.nodes), cast_slice::<_, u8>(&again.nodes));
-        assert_eq!(first.hash(), again.hash());
+    for builder in Builder::ALL {
+        let recipe = Recipe { builder, ..Recipe::default() };
+        let first = build(&device, &soup, &recipe).0.bvh.read().unwrap();
+        for _ in 0..4 {
+            let again = build(&device, &soup, &recipe).0.bvh.read().unwrap();
+            assert_eq!(cast_slice::<_, u8>(&first.nodes), cast_slice::<_, u8>(&again.nodes));
+            assert_eq!(first.hash(), again.hash());
+        }
     }
 }

@@ -29,7 +29,7 @@ proptest! {
         };
         let soup = scene(&[at(a), at(b), at(-1.0), at(1.0)]);
         let bounds = morton::bounds(&soup).0;
-        let (short, long) = (morton::encode_30(&soup, &bounds), morton::encode_63(&soup, &bounds));
+        let [short, long] = [Morton::Bits30, Morton::Bits63].map(|m| morton::encode(&soup, &bounds, m));
         prop_assert_eq!(short[0], long[0] >> 33);
         prop_assert!((a < b) == (long[0] < long[1]) || long[0] == long[1] || (a - b).abs() < 1e-5);
     }
@@ -75,7 +75,7 @@ fn codes_of_scenes_of_any_size_and_place() {
         (1e30, 1e36),
     ] {
         let soup = scene(&moved(&soup, |p| p.map(|x| x * scale + shift)));
-        for morton in [Morton::Bits30, Morton::Bits63] {
+        for morton in Morton::ALL {
             let recipe = Recipe { morton, ..Recipe::default() };
             assert_twin(&format!("· {scale:e} + {shift:e}"), &device, &soup, &recipe);
         }
@@ -87,8 +87,10 @@ fn codes_know_no_size() {
     let device = quiet();
     let codes = |corners: &[Corners]| {
         let soup = scene(corners);
-        assert_twin("a size", &device, &soup, &Recipe { morton: Morton::Bits63, ..Recipe::default() });
-        morton::encode_63(&soup, &morton::bounds(&soup).0)
+        [Morton::Bits63, Morton::Ext4, Morton::Ext7].map(|morton| {
+            assert_twin("a size", &device, &soup, &Recipe { morton, ..Recipe::default() });
+            morton::encode(&soup, &morton::bounds(&soup).0, morton)
+        })
     };
     // Multiples of 2⁻¹²: exact at each of these sizes.
     let soup = moved(&random(700, 0.2, 3), |p| p.map(|x| (x * 4096.0).round() / 4096.0));
@@ -107,7 +109,46 @@ fn triangles_that_can_not_be_hit_come_last() {
     let soup = scene(&[[[f32::NAN; 3]; 3], random(1, 1.0, 2)[0], [[1.0; 3]; 3]]);
     let (bounds, hittable) = morton::bounds(&soup);
     assert_eq!(hittable, 1);
-    let unhittable = u64::from(UNHITTABLE_KEY);
-    assert_eq!(morton::encode_30(&soup, &bounds).iter().filter(|k| **k == unhittable).count(), 2);
-    assert!(morton::encode_63(&soup, &bounds).iter().filter(|k| **k == unhittable << 32).count() == 2);
+    for morton in Morton::ALL {
+        let behind = u64::from(UNHITTABLE_KEY) << if morton::is_wide(morton) { 32 } else { 0 };
+        let codes = morton::encode(&soup, &bounds, morton);
+        assert_eq!([0, 2].map(|i| codes[i]), [behind; 2], "{morton:?}");
+        assert!(codes[1] < behind, "{morton:?}");
+    }
+}
+
+/// Bits of `code` at the places, from the top, where `of_size` is `wanted`.
+fn bits(code: u64, of_size: impl Fn(u32) -> bool, wanted: bool) -> Vec<u64> {
+    (0..63).filter(|place| of_size(*place) == wanted).map(|place| code >> (62 - place) & 1).collect()
+}
+
+#[test]
+fn extended_codes_are_codes_with_sizes_between() {
+    // Cubes' corners as triangles, so that boxes are cubes: edge 2⁻ᵏ of a scene of edge 1.
+    let cube = |at: f32, edge: f32| [[at; 3], [at + edge, at, at], [at + edge; 3]];
+    let mut corners: Vec<Corners> = (0..20).map(|k| cube(0.0, 0.5f32.powi(k))).collect();
+    corners.extend((0..2000).map(|i| cube(i as f32 * 4.5e-4, (i % 97) as f32 * 1e-3 + 1e-6)));
+    let soup = scene(&corners);
+    let bounds = morton::bounds(&soup).0;
+    let plain = morton::encode(&soup, &bounds, Morton::Bits63);
+    for (morton, axis_bits, size_bits, every) in [(Morton::Ext4, 16, 15, 4), (Morton::Ext7, 18, 9, 7)] {
+        let is_size = |place: u32| place % every == every - 1;
+        let (mut before, mut sizes) = (u64::MAX, 0);
+        for (i, (code, plain)) in morton::encode(&soup, &bounds, morton).iter().zip(&plain).enumerate() {
+            let places = bits(*code, is_size, false);
+            assert_eq!(places, bits(*plain, |_| false, false)[..3 * axis_bits], "{morton:?}, triangle {i}");
+            let bits = bits(*code, is_size, true);
+            assert_eq!(bits.len(), size_bits);
+            let size = bits.iter().fold(0, |size, bit| size << 1 | bit);
+            if let (0..20, k) = (i, i as u32) {
+                let expected = (1u64 << size_bits >> k).min((1 << size_bits) - 1);
+                // Off by the reciprocal's rounding where the size is a whole number.
+                assert!(size == expected || size + 1 == expected, "{morton:?}: {size}, not {expected}");
+                assert!(size <= before, "{morton:?}: sizes fall with the edge");
+                before = size;
+            }
+            sizes |= size;
+        }
+        assert!(sizes.count_ones() as usize == size_bits, "{morton:?}: every bit of size is used");
+    }
 }

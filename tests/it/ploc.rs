@@ -8,7 +8,7 @@ use crate::soup::{Random, grid, random, scene};
 use boxwood::abi::{
     Aabb, INVALID, LEAF_BIT, PlocSearchArgs, PlocState, RAW_MASK, SPEC_ITEMS, SPEC_RADIUS, SPEC_WG,
 };
-use boxwood::bvh::Recipe;
+use boxwood::bvh::{Builder, Recipe};
 use boxwood::device::{Buffer, Recorder, Timing};
 use boxwood::kernels;
 use boxwood::oracle::ploc;
@@ -84,7 +84,7 @@ fn coincident_triangles_pair_up_at_once() {
     let one = random(1, 1.0, 1)[0];
     for n in [2usize, 100, 2049, 5000, 16_384] {
         let (built, twin) = assert_twin("all alike", &device, &scene(&vec![one; n]), &Recipe::default());
-        let rounds = twin.raw.map(|(tree, _)| tree.root.rounds).unwrap();
+        let rounds = twin.raw.map(|(tree, _)| tree.root.levels).unwrap();
         let halvings = n.next_power_of_two().ilog2();
         assert!(rounds <= halvings + 4, "{n} triangles: {rounds} rounds, {halvings} halvings");
         assert_eq!(built.bvh.depth, rounds.max(1));
@@ -94,19 +94,21 @@ fn coincident_triangles_pair_up_at_once() {
 #[test]
 fn every_raw_node_has_its_place() {
     for (what, soup) in [("random", scene(&random(3000, 0.1, 2))), ("grid", scene(&grid(3000)))] {
-        let twin = boxwood::oracle::build(&soup, &radius(8));
-        let (tree, _) = twin.raw.unwrap();
-        let mut seen = BTreeSet::new();
-        for (i, node) in tree.nodes.iter().enumerate() {
-            for child in [node.left, node.right] {
-                let child = child & (LEAF_BIT | RAW_MASK);
-                assert!(seen.insert(child), "{what}: node {i}: {child:#x} has two parents");
-                if child < LEAF_BIT {
-                    assert_eq!(tree.links[child as usize].parent, i as u32, "{what}: parent of {child}");
+        for builder in Builder::ALL {
+            let twin = boxwood::oracle::build(&soup, &Recipe { builder, ..radius(8) });
+            let (tree, _) = twin.raw.unwrap();
+            let mut seen = BTreeSet::new();
+            for (i, node) in tree.nodes.iter().enumerate() {
+                for child in [node.left, node.right] {
+                    let child = child & (LEAF_BIT | RAW_MASK);
+                    assert!(seen.insert(child), "{what}: node {i}: {child:#x} has two parents");
+                    if child < LEAF_BIT {
+                        assert_eq!(tree.links[child as usize].parent, i as u32, "{what}: parent of {child}");
+                    }
                 }
             }
+            assert_eq!(tree.links[tree.root.node as usize].parent, INVALID, "{what}: the root");
+            assert_eq!(seen.len(), 2 * tree.nodes.len(), "{what}: all but the root have a parent");
         }
-        assert_eq!(tree.links[tree.root.node as usize].parent, INVALID, "{what}: the root");
-        assert_eq!(seen.len(), 2 * tree.nodes.len(), "{what}: all but the root have a parent");
     }
 }

@@ -18,7 +18,7 @@ type Bounds = [Point; 2];
 fn tree(scene: &Scene, recipe: &Recipe) -> (HostTree, Claims) {
     let built = oracle::build(scene, recipe);
     let (bounds, depth, cost) = match &built.raw {
-        Some((raw, _)) => (raw.root.bounds, raw.root.rounds.max(1), f64::from(raw.root.cost)),
+        Some((raw, _)) => (raw.root.bounds, raw.root.levels.max(1), f64::from(raw.root.cost)),
         None => (Aabb { lo: [0.0; 3], hi: [0.0; 3] }, 1, 0.0),
     };
     let area = half_area(&[bounds.lo, bounds.hi].map(|p| p.map(f64::from)));

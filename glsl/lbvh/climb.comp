@@ -1,0 +1,78 @@
+// One invocation ITEMS Morton ranks: each leaf climbs the radix tree over the codes as far as it is the second to arrive,
+// and merges what it and the first one bring. Writes nodes, links, root; hands boxes and clusters over through nodes and
+// climbers. Reads triangles, order, keys, low_keys. Keeps: nobody waits, no barrier; node p splits between ranks p and
+// p + 1, so the tree is the same whatever the timing.
+#include "lib/box.glsl"
+#include "lib/leaf.glsl"
+#include "lib/merge.glsl"
+
+layout(constant_id = SPEC_ITEMS) const uint ITEMS = 1;
+
+// How far the codes of ranks i and i + 1 are apart: the higher their first bit that differs, the greater. Equal codes
+// go on with the rank's own bits, so that even a thousand of them make a tree of ten levels.
+uvec3 apart(uint i) {
+    uint low = args.wide != 0 ? P(low_keys).at[i] ^ P(low_keys).at[i + 1] : 0u;
+    return uvec3(P(keys).at[i] ^ P(keys).at[i + 1], low, i ^ (i + 1));
+}
+
+bool nearer(uvec3 a, uvec3 b) {
+    return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z;
+}
+
+// Whether the node above ranks first..last has them on its right: it splits before the first or behind the last, where
+// the codes are less apart [APETREI14].
+bool is_right(uint first, uint last) {
+    return last == args.count - 1 || first > 0 && nearer(apart(first - 1), apart(last));
+}
+
+void store_child_box(uint node, uint side, Aabb box) {
+    P(nodes).at[node].p[3 * side] = Aabb_pair0(box);
+    P(nodes).at[node].p[3 * side + 1] = Aabb_pair1(box);
+    P(nodes).at[node].p[3 * side + 2] = Aabb_pair2(box);
+}
+
+Aabb load_child_box(uint node, uint side) {
+    return Aabb_of(P(nodes).at[node].p[3 * side], P(nodes).at[node].p[3 * side + 1], P(nodes).at[node].p[3 * side + 2]);
+}
+
+void climb(uint rank) {
+    Aabb box = leaf_box(P(order).at[rank]);
+    Cluster cluster = leaf_cluster(rank, box);
+    uint levels = 0;
+    while (triangles_of(cluster) < args.count) {
+        uint first = cluster.rank, last = first + triangles_of(cluster) - 1;
+        uint side = uint(is_right(first, last));
+        uint node = side != 0 ? first - 1 : last;
+        store_child_box(node, side, box);
+        STORE_Climber(climbers, 2 * node + side, Climber(cluster.node, cluster.count, cluster.cost, levels))
+        memoryBarrierBuffer();  // release: what is written is there before the mark
+        if (atomicExchange(P(arrived).at[node], 1u) == 0u) return;
+        memoryBarrierBuffer();  // acquire: the mark was there before what is read
+        Climber other = LOAD_Climber(climbers, 2 * node + 1 - side);
+        Aabb other_box = load_child_box(node, 1 - side);
+        uint other_first = side != 0 ? first - (other.count & RAW_MASK) : last + 1;
+        Cluster from = Cluster(other.node, other_first, other.count, other.cost);
+        levels = max(levels, other.levels) + 1;
+        RawNode merged_node;
+        Aabb merged_box;
+        Cluster merged_cluster;
+        if (side != 0) {
+            merge(other_box, from, box, cluster, merged_box, merged_cluster, merged_node);
+        } else {
+            merge(box, cluster, other_box, from, merged_box, merged_cluster, merged_node);
+        }
+        // Both boxes are there already.
+        P(nodes).at[node].p[6] = RawNode_pair6(merged_node);
+        box = merged_box;
+        cluster = merged_cluster;
+    }
+    if (cluster.node < LEAF_BIT) {
+        RawLink link = RawLink(triangles_of(cluster) | bits_of(cluster, false), INVALID);
+        STORE_RawLink(links, cluster.node, link)
+    }
+    P(root).at[0] = RawRoot(cluster.node, levels, 0, cluster.cost, box);
+}
+
+void main() {
+    FOR_ITEMS(i, args.count) climb(i);
+}
