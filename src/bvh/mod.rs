@@ -4,10 +4,12 @@ mod collapse;
 mod layout;
 mod morton;
 mod ploc;
+mod radix;
 mod recipe;
 mod sort;
 mod tree;
 
+pub(crate) use radix::Radix;
 pub use recipe::{Collapse, Morton, Recipe};
 pub use tree::{Bvh, Child, HostTree, SceneBuffers, leaf_bits};
 
