@@ -2,19 +2,10 @@
 // UNHITTABLE_KEY where no ray can hit it; order[i] = i. Reads triangles, bounds; ORs the live bits into bounds.
 // Keeps: exact on every device: only +, −, · that Vulkan rounds correctly, no division.
 #include "lib/ordered.glsl"
+#include "lib/reciprocal.glsl"
 #include "lib/triangle.glsl"
 
 layout(constant_id = SPEC_ITEMS) const uint ITEMS = 1;
-
-// 1/x for x > 0 to about an ulp, from correctly rounded operations alone: the same bits everywhere.
-float reciprocal(float x) {
-    precise float r = uintBitsToFloat(0x7ef311c7u - floatBitsToUint(x));
-    for (int i = 0; i < 4; ++i) {
-        precise float error = 1.0 - x * r;
-        r = r + r * error;
-    }
-    return r;
-}
 
 // Bits 0..10 of x, moved to bits 0, 3, 6, …
 uint spread(uint x) {

@@ -291,6 +291,8 @@ abi! {
         hits: PtrMut<Hit>,
         /// One a ray; not followed where SPEC_COUNT is 0.
         tests: PtrMut<Tests>,
+        /// Rays in the order in which they are taken; not followed where SPEC_ORDERED is 0.
+        order: Ptr<u32>,
         /// Rays.
         count: u32,
         /// Root of the packed tree.
@@ -303,6 +305,28 @@ abi! {
         reach: f32,
         /// Threads that a software driver deals workgroups to; 1 on a GPU.
         threads: u32,
+    }
+    @kernel "raysort/bounds"
+    struct RaysortBoundsArgs {
+        /// Rays.
+        rays: Ptr<Ray>,
+        /// One; lo at the greatest and hi at the least ordered integer.
+        bounds: PtrMut<RayBounds>,
+        /// Rays.
+        count: u32,
+    }
+    @kernel "raysort/keys"
+    struct RaysortKeysArgs {
+        /// Rays.
+        rays: Ptr<Ray>,
+        /// One, from `raysort/bounds`.
+        bounds: Ptr<RayBounds>,
+        /// Codes of 32 bits, [`UNORDERED_KEY`] for a ray that has none.
+        keys: PtrMut<u32>,
+        /// 0, 1, 2, …
+        order: PtrMut<u32>,
+        /// Rays.
+        count: u32,
     }
     @kernel "rays/primary"
     struct RaysPrimaryArgs {

@@ -28,6 +28,8 @@ constants! {
     TRIANGLE_WORDS = 10;
     /// Key of a triangle that can't be hit: sorts behind every Morton code.
     UNHITTABLE_KEY = 0x8000_0000;
+    /// Key of a ray that can't be ordered: none is greater.
+    UNORDERED_KEY = 0xffff_ffff;
     /// Clusters at and below which one workgroup runs PLOC's remaining rounds in one dispatch.
     TAIL_CLUSTERS = 2048;
     /// Largest triangle count of a leaf.
@@ -52,4 +54,6 @@ constants! {
     SPEC_COUNT = 7;
     /// 1: watertight triangle test with exact signs, 0: Möller–Trumbore.
     SPEC_ROBUST = 8;
+    /// 1: rays are taken in an order of their own.
+    SPEC_ORDERED = 9;
 }

@@ -15,7 +15,7 @@ use crate::oracle::reference::Reference;
 use crate::oracle::validate::{Claims, Stats, validate};
 use crate::scene::Scene;
 use crate::trace::rays::{SAMPLES, Secondary, View, primary, secondary};
-use crate::trace::{BATCH, Batch, Options, Precision, Query, Walk, trace};
+use crate::trace::{BATCH, Batch, Options, Precision, Query, RayOrder, Walk, trace};
 use std::sync::Arc;
 
 /// Rays of each set on which the reference itself is held against brute force.
@@ -85,7 +85,7 @@ struct Set {
 fn untried(device: &Device, kind: RayKind) -> Options {
     let query = if kind == RayKind::Ao { Query::Any } else { Query::Closest };
     let walk = Walk::untried(device, kind == RayKind::Primary);
-    Options { query, precision: Precision::Robust, walk }
+    Options { query, precision: Precision::Robust, walk, order: RayOrder::AsGiven }
 }
 
 /// The device and the memory for rays that all scenes share.

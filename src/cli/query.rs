@@ -87,6 +87,7 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
         query: if args.any { Query::Any } else { Query::Closest },
         precision: args.precision.into(),
         walk: Walk::untried(&device, is_coherent(&rays, extent(bvh))),
+        ..Options::default()
     };
     let options = choose_walk(&device, bvh, &rays, options)?;
     let protocol = Protocol { runs, counting: if args.count { Counting::On } else { Counting::Off } };

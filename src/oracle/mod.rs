@@ -11,6 +11,7 @@ pub mod layout;
 pub mod morton;
 pub mod ploc;
 pub mod rays;
+pub mod raysort;
 pub mod reference;
 pub mod scan;
 pub mod sort;

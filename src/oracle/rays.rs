@@ -70,7 +70,7 @@ fn outer(a: Vec3, b: Vec3) -> Vec3 {
     Vec3::new(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
 }
 
-fn levelled(v: Vec3) -> Vec3 {
+pub(super) fn levelled(v: Vec3) -> Vec3 {
     let exponent = (v.abs().max_element().to_bits() >> 23) as i32 - 127;
     v * f32::from_bits(((127 - exponent.clamp(-127, 126)) as u32) << 23)
 }

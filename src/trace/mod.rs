@@ -2,17 +2,19 @@
 
 mod coherence;
 pub mod rays;
+pub mod raysort;
 
 pub use coherence::is_coherent;
 
 use crate::abi::{
-    Hit, PtrMut, Ray, SPEC_ANY, SPEC_COUNT, SPEC_ITEMS, SPEC_LEAF_BITS, SPEC_ROBUST, SPEC_STACK, SPEC_WG,
-    Tests, TraceArgs, WIDTH,
+    Hit, Ptr, PtrMut, Ray, SPEC_ANY, SPEC_COUNT, SPEC_ITEMS, SPEC_LEAF_BITS, SPEC_ORDERED, SPEC_ROBUST,
+    SPEC_STACK, SPEC_WG, Tests, TraceArgs, WIDTH,
 };
 use crate::bvh::Bvh;
 use crate::device::{Buffer, Device, DeviceError, Recorder, Result, Times, Timing};
 use crate::kernels::{self, Kernel};
-use std::sync::Arc;
+use raysort::Raysort;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Rays that one dispatch takes at most (the seed's batch).
 pub const BATCH: usize = 1 << 20;
@@ -48,6 +50,23 @@ pub struct Options {
     pub precision: Precision,
     /// Which kernel.
     pub walk: Walk,
+    /// In which order.
+    pub order: RayOrder,
+}
+
+/// In which order rays are taken. Either gives the same hits, in the order of the rays.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum RayOrder {
+    /// As they come.
+    #[default]
+    AsGiven,
+    /// By origin and direction, sorted on the device in the same submit: see [`raysort`].
+    Sorted,
+}
+
+impl RayOrder {
+    /// Both.
+    pub const ALL: [RayOrder; 2] = [RayOrder::AsGiven, RayOrder::Sorted];
 }
 
 /// How rays share a subgroup. All give the same hits.
@@ -103,6 +122,8 @@ pub struct Batch {
     pub tests: Option<Buffer<Tests>>,
     /// Rays in use.
     pub count: usize,
+    /// From the first time that rays are sorted on.
+    raysort: Mutex<Option<Raysort>>,
 }
 
 impl Batch {
@@ -116,6 +137,7 @@ impl Batch {
             hits: Buffer::new(device, "trace.hits", capacity)?,
             tests: if counting { Some(Buffer::new(device, "trace.tests", capacity)?) } else { None },
             count: 0,
+            raysort: Mutex::new(None),
         })
     }
 
@@ -126,6 +148,16 @@ impl Batch {
     pub fn set(&mut self, rays: &[Ray]) -> Result<()> {
         self.count = rays.len();
         self.rays.write(rays)
+    }
+
+    /// Records the sort of the rays; their order.
+    fn sort(&self, rec: &mut Recorder) -> Result<Ptr<u32>> {
+        let mut raysort = self.raysort.lock().unwrap_or_else(PoisonError::into_inner);
+        let raysort = match &mut *raysort {
+            Some(r) if r.capacity() >= self.count => r,
+            none => none.insert(Raysort::new(rec.device(), self.rays.len())?),
+        };
+        raysort.record(rec, self.rays.ptr(), self.count as u32)
     }
 }
 
@@ -171,7 +203,12 @@ fn record(rec: &mut Recorder, bvh: &Bvh, batch: &Batch, options: Options) -> Res
         (SPEC_ANY, (options.query == Query::Any).into()),
         (SPEC_COUNT, batch.tests.is_some().into()),
         (SPEC_ROBUST, (options.precision == Precision::Robust).into()),
+        (SPEC_ORDERED, (options.order == RayOrder::Sorted).into()),
     ];
+    let order = match options.order {
+        RayOrder::AsGiven => Ptr::new(0),
+        RayOrder::Sorted => batch.sort(rec)?,
+    };
     let count = batch.count as u32;
     // Dealing workgroups out in turn wants as many of them as threads divide.
     let groups = count.div_ceil(items * shape.trace_workgroup).next_multiple_of(shape.threads);
@@ -181,6 +218,7 @@ fn record(rec: &mut Recorder, bvh: &Bvh, batch: &Batch, options: Options) -> Res
         triangles: bvh.triangles.ptr().cast(),
         hits: batch.hits.ptr_mut(),
         tests: batch.tests.as_ref().map_or(PtrMut::new(0), Buffer::ptr_mut),
+        order,
         count,
         root: bvh.root,
         exponent: bvh.exponent,

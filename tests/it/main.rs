@@ -13,6 +13,7 @@ mod morton;
 mod oracle;
 mod ploc;
 mod rays;
+mod raysort;
 mod scan;
 mod scene;
 mod shaders;
