@@ -1,6 +1,7 @@
 //! Measuring: warm-up, repeats, medians and spread; the default benchmark and its report.
 
 mod builds;
+mod choice;
 mod kernels;
 mod plan;
 mod report;
@@ -9,12 +10,13 @@ mod stats;
 mod traces;
 
 pub use builds::{Builds, measure_builds};
+pub use choice::{Choice, Trial, choose_walk};
 pub use kernels::{KernelTime, by_kernel};
 pub use plan::{Checking, Coverage, Plan, RayKind, SCENES};
 pub use report::{Report, SceneReport, SetReport};
 pub use run::{run, steps};
 pub use stats::{Spread, settled};
-pub use traces::{Counting, Protocol, TestTotals, Traced, choose_walk, trace_all};
+pub use traces::{Counting, Protocol, TestTotals, Traced, trace_all};
 
 use crate::bvh::BuildError;
 use crate::device::DeviceError;

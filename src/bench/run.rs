@@ -1,8 +1,9 @@
 //! The benchmark: first a survey of each scene (warm-up, time by kernel, tests, checks), then rounds, each of which
 //! builds and traces every scene once, so that what else the machine does meets all of them alike.
 
+use super::choice::fastest_walk;
 use super::stats::warm_up;
-use super::traces::{Pace, fastest_walk};
+use super::traces::Pace;
 use super::{
     Checking, Coverage, KernelTime, Plan, RayKind, Report, Result, SceneReport, SetReport, Spread,
     TestTotals, by_kernel,
@@ -83,7 +84,7 @@ struct Set {
 
 /// What to trace a kind of rays with, untried.
 fn untried(device: &Device, kind: RayKind) -> Options {
-    let query = if kind == RayKind::Ao { Query::Any } else { Query::Closest };
+    let query = if matches!(kind, RayKind::Ao | RayKind::Shadow) { Query::Any } else { Query::Closest };
     let walk = Walk::untried(device, kind == RayKind::Primary);
     Options { query, precision: Precision::Robust, walk, order: RayOrder::AsGiven }
 }
@@ -160,6 +161,8 @@ impl<'a> Bench<'a> {
         let device = self.device;
         self.find_pace(case, bvh, kind)?;
         let mut options = untried(device, kind);
+        // Primary rays are in order as they come.
+        let orders = if kind == RayKind::Primary { &[RayOrder::AsGiven][..] } else { &RayOrder::ALL };
         let mut chosen = false;
         let mut set = Set {
             kind,
@@ -185,13 +188,19 @@ impl<'a> Bench<'a> {
         let (mut rays, mut hits): (Vec<Ray>, Vec<Hit>) = (vec![], vec![]);
         self.each_batch(case, bvh, kind, |batch| {
             if !chosen {
-                options = fastest_walk(device, bvh, batch, options)?;
+                options = fastest_walk(device, bvh, batch, options, orders)?.options;
                 warm_up(|| trace(device, bvh, batch, options, Timing::Outer).map(|times| times.device_ms))?;
                 chosen = true;
             }
             // Each ray alone: what the tree costs, whichever walk is fastest.
             batch.tests = Some(Buffer::new(device, "trace.tests", batch.rays.len())?);
-            trace(device, bvh, batch, Options { walk: Walk::Single, ..options }, Timing::Off)?;
+            trace(
+                device,
+                bvh,
+                batch,
+                Options { walk: Walk::Single, order: RayOrder::AsGiven, ..options },
+                Timing::Off,
+            )?;
             set.tests.add(batch)?;
             batch.tests = None;
             trace(device, bvh, batch, options, Timing::Off)?;
@@ -289,10 +298,12 @@ impl<'a> Bench<'a> {
             let mut ms = 0.0;
             match kind {
                 RayKind::Primary => ms = first.device_ms,
-                RayKind::Ao | RayKind::Diffuse => self.each_batch(case, bvh, kind, |batch| {
-                    ms += trace(device, bvh, batch, options, Timing::Outer)?.device_ms;
-                    Ok(())
-                })?,
+                RayKind::Ao | RayKind::Diffuse | RayKind::Shadow => {
+                    self.each_batch(case, bvh, kind, |batch| {
+                        ms += trace(device, bvh, batch, options, Timing::Outer)?.device_ms;
+                        Ok(())
+                    })?
+                }
             }
             case.sets[i].trace_ms.push(ms);
         }
