@@ -400,4 +400,27 @@ abi! {
         /// Greatest t.
         t_max: f32,
     }
+    @kernel "rays/facing" "rays/shadow"
+    struct RaysShadowArgs {
+        /// Surfaces that rays leave.
+        surfaces: Ptr<Surface>,
+        /// Points of the unit square, 24-bit fixed point, one a sample.
+        points: Ptr<Pair>,
+        /// From `rays/surface`.
+        taken: Ptr<u32>,
+        /// [`LIGHTS`] of them: centre and radius.
+        lights: Ptr<[f32; 4]>,
+        /// Rays made a workgroup; then the sum of those before.
+        sums: PtrMut<u32>,
+        /// Rays.
+        rays: PtrMut<Ray>,
+        /// Rays a surface, at most.
+        samples: u32,
+        /// Surfaces wanted.
+        limit: u32,
+        /// Workgroups.
+        groups: u32,
+        /// Greatest t.
+        t_max: f32,
+    }
 }

@@ -32,6 +32,8 @@ constants! {
     UNORDERED_KEY = 0xffff_ffff;
     /// Clusters at and below which one workgroup runs PLOC's remaining rounds in one dispatch.
     TAIL_CLUSTERS = 2048;
+    /// Lights that shadow rays go to.
+    LIGHTS = 4;
     /// Largest triangle count of a leaf.
     MAX_LEAF = 64;
 

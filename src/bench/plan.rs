@@ -2,7 +2,7 @@
 
 use crate::bvh::Recipe;
 use crate::trace::BATCH;
-use crate::trace::rays::Secondary;
+use crate::trace::rays::{Light, Secondary};
 
 /// Scenes of the default benchmark: a scanned one, long thin triangles, and a city off the axes.
 pub const SCENES: [&str; 3] = ["dragon", "hairball:500k", "city-rotated:1M"];
@@ -17,11 +17,13 @@ pub enum RayKind {
     Ao,
     /// Diffuse, 32 a hit: nearest hit.
     Diffuse,
+    /// From each hit to four lights above the scene, where it faces them: any hit.
+    Shadow,
 }
 
 impl RayKind {
     /// All kinds.
-    pub const ALL: [Self; 3] = [Self::Primary, Self::Ao, Self::Diffuse];
+    pub const ALL: [Self; 4] = [Self::Primary, Self::Ao, Self::Diffuse, Self::Shadow];
 
     /// As typed and reported.
     pub fn name(self) -> &'static str {
@@ -29,6 +31,7 @@ impl RayKind {
             Self::Primary => "primary",
             Self::Ao => "ao",
             Self::Diffuse => "diffuse",
+            Self::Shadow => "shadow",
         }
     }
 
@@ -38,6 +41,7 @@ impl RayKind {
             Self::Primary => None,
             Self::Ao => Some(Secondary::ao(bounds)),
             Self::Diffuse => Some(Secondary::diffuse()),
+            Self::Shadow => Some(Secondary::shadow(Light::above(bounds))),
         }
     }
 }
