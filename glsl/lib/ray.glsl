@@ -1,4 +1,4 @@
-// A ray made ready for boxes and triangles. Wants args.{exponent, anchor, reach}.
+// A ray made ready for boxes and triangles. Wants args.{exponent, anchor, reach, count, threads, order}.
 //
 // Unit space: coordinates are scaled by 2^exponent, so that the scene measures between ½ and 1 and nothing overflows;
 // the direction is scaled by a power of two to a largest component in [1, 2). Both are exact. Boxes, not triangles,
@@ -13,6 +13,10 @@ const float PAD = 32.0 / 16777216.0;
 // Direction components below this are raised to it, with their sign: over the distance R that moves the ray by
 // 2⁻⁴⁰ R, far less than the padding, and ±0 needs no case of its own.
 const float LEAST_DIRECTION = 1.0 / 1099511627776.0;
+
+#include "lib/finite.glsl"
+
+layout(constant_id = SPEC_ORDERED) const uint ORDERED = 0;
 
 struct Setup {
     vec3 origin;      // unit scale, not moved; in the order of axes
@@ -29,8 +33,6 @@ struct Setup {
     bool valid;       // finite, with a direction; other rays miss
 };
 
-bool finite(float x) { return (floatBitsToUint(x) & 0x7f800000u) != 0x7f800000u; }
-bool is_nan(float x) { return (floatBitsToUint(x) & 0x7fffffffu) > 0x7f800000u; }
 
 // The exponent, biased by 127, of the positive float of these bits, which become those of a normal float of the same
 // mantissa. By integers: to floating point, denormal numbers may be 0.
@@ -51,8 +53,7 @@ float scaled(float x, int exponent) {
 Setup prepare(Ray ray) {
     Setup s;
     vec3 d = ray.direction, o = ray.origin;
-    s.valid = finite(d.x) && finite(d.y) && finite(d.z) && finite(o.x) && finite(o.y) && finite(o.z)
-              && !is_nan(ray.t_min) && !is_nan(ray.t_max);
+    s.valid = finite(d) && finite(o) && !is_nan(ray.t_min) && !is_nan(ray.t_max);
     uvec3 sizes = floatBitsToUint(d) & 0x7fffffffu;
     uint largest = max(sizes.x, max(sizes.y, sizes.z));
     s.valid = s.valid && largest > 0u;
@@ -96,3 +97,6 @@ uint first_ray(uint items) {
     }
     return group * items * WG + gl_LocalInvocationID.x;
 }
+
+// Which ray the i-th is, where they are taken in an order of their own.
+uint ray_at(uint i) { return ORDERED != 0 ? P(order).at[i] : i; }

@@ -1,6 +1,5 @@
 // Triangles as the scene holds them: nine floats.
-bool finite(float x) { return (floatBitsToUint(x) & 0x7f800000u) != 0x7f800000u; }
-bool finite(vec3 p) { return finite(p.x) && finite(p.y) && finite(p.z); }
+#include "lib/finite.glsl"
 
 struct Corners {
     vec3 a;

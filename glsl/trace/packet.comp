@@ -9,10 +9,11 @@
 layout(constant_id = SPEC_STACK) const uint STACK = 64;
 
 void main() {
-    uint ray = first_ray(1);
-    bool active_ray = ray < args.count;
-    Setup s = prepare(LOAD_Ray(rays, min(ray, args.count - 1)));
-    active_ray = active_ray && s.valid;
+    uint turn = first_ray(1);
+    bool in_range = turn < args.count;
+    uint ray = ray_at(min(turn, args.count - 1));
+    Setup s = prepare(LOAD_Ray(rays, ray));
+    bool active_ray = in_range && s.valid;
     Nearest nearest = Nearest(active_ray ? s.t_max : uintBitsToFloat(0xff800000u), INVALID, vec2(0.0));
     Tests tests = Tests(0, 0);
     bvec3 negative = lessThan(s.inverse, vec3(0.0));
@@ -51,7 +52,7 @@ void main() {
         }
         node = subgroupBroadcastFirst(node);
     }
-    if (ray < args.count) {
+    if (in_range) {
         Hit hit = hit_of(s, nearest);
         STORE_Hit(hits, ray, hit)
         if (COUNT != 0) STORE_Tests(tests, ray, tests)

@@ -30,7 +30,7 @@ void main() {
             left = first + wanted < args.count;
             uint mine = first + subgroupBallotExclusiveBitCount(idle);
             if (ray == INVALID && mine < args.count) {
-                ray = mine;
+                ray = ray_at(mine);
                 s = prepare(LOAD_Ray(rays, ray));
                 negative = lessThan(s.inverse, vec3(0.0));
                 nearest = Nearest(s.t_max, INVALID, vec2(0.0));

@@ -18,7 +18,7 @@ void main() {
     for (;;) {
         if (ray == INVALID) {
             if (next >= end) break;
-            ray = next;
+            ray = ray_at(next);
             next += WG;
             s = prepare(LOAD_Ray(rays, ray));
             negative = lessThan(s.inverse, vec3(0.0));

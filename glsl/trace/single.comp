@@ -5,6 +5,7 @@
 void main() {
     uint ray = first_ray(1);
     if (ray >= args.count) return;
+    ray = ray_at(ray);
     Setup s = prepare(LOAD_Ray(rays, ray));
     bvec3 negative = lessThan(s.inverse, vec3(0.0));
     Nearest nearest = Nearest(s.t_max, INVALID, vec2(0.0));

@@ -328,6 +328,8 @@ abi! {
         tests: PtrMut<Tests>,
         /// Rays that `trace/persistent` has taken: one number.
         next: PtrShared<u32>,
+        /// Rays in the order in which they are taken; not followed where SPEC_ORDERED is 0.
+        order: Ptr<u32>,
         /// Rays.
         count: u32,
         /// Root of the packed tree.
@@ -340,6 +342,28 @@ abi! {
         reach: f32,
         /// Threads that a software driver deals workgroups to; 1 on a GPU.
         threads: u32,
+    }
+    @kernel "raysort/bounds"
+    struct RaysortBoundsArgs {
+        /// Rays.
+        rays: Ptr<Ray>,
+        /// One; lo at the greatest and hi at the least ordered integer.
+        bounds: PtrMut<RayBounds>,
+        /// Rays.
+        count: u32,
+    }
+    @kernel "raysort/keys"
+    struct RaysortKeysArgs {
+        /// Rays.
+        rays: Ptr<Ray>,
+        /// One, from `raysort/bounds`.
+        bounds: Ptr<RayBounds>,
+        /// Codes of 32 bits, [`UNORDERED_KEY`] for a ray that has none.
+        keys: PtrMut<u32>,
+        /// 0, 1, 2, …
+        order: PtrMut<u32>,
+        /// Rays.
+        count: u32,
     }
     @kernel "rays/primary"
     struct RaysPrimaryArgs {
@@ -410,6 +434,29 @@ abi! {
         samples: u32,
         /// Surfaces wanted.
         limit: u32,
+        /// Greatest t.
+        t_max: f32,
+    }
+    @kernel "rays/facing" "rays/shadow"
+    struct RaysShadowArgs {
+        /// Surfaces that rays leave.
+        surfaces: Ptr<Surface>,
+        /// Points of the unit square, 24-bit fixed point, one a sample.
+        points: Ptr<Pair>,
+        /// From `rays/surface`.
+        taken: Ptr<u32>,
+        /// [`LIGHTS`] of them: centre and radius.
+        lights: Ptr<[f32; 4]>,
+        /// Rays made a workgroup; then the sum of those before.
+        sums: PtrMut<u32>,
+        /// Rays.
+        rays: PtrMut<Ray>,
+        /// Rays a surface, at most.
+        samples: u32,
+        /// Surfaces wanted.
+        limit: u32,
+        /// Workgroups.
+        groups: u32,
         /// Greatest t.
         t_max: f32,
     }

@@ -28,6 +28,8 @@ constants! {
     TRIANGLE_WORDS = 10;
     /// Key of a triangle that can't be hit: sorts behind every Morton code.
     UNHITTABLE_KEY = 0x8000_0000;
+    /// Key of a ray that can't be ordered: none is greater.
+    UNORDERED_KEY = 0xffff_ffff;
     /// Morton codes: ten bits an axis.
     CODE_30 = 0;
     /// 21 bits an axis.
@@ -40,6 +42,8 @@ constants! {
     TAIL_CLUSTERS = 2048;
     /// Workgroups in a grid's first dimension at most; the rest go to the second.
     GRID_WIDTH = 32768;
+    /// Lights that shadow rays go to.
+    LIGHTS = 4;
     /// Largest triangle count of a leaf.
     MAX_LEAF = 64;
 
@@ -64,4 +68,6 @@ constants! {
     SPEC_ROBUST = 8;
     /// Fewer live rays than this many eighths of a subgroup are too few to go on with; 0: none.
     SPEC_FEW = 9;
+    /// 1: rays are taken in an order of their own.
+    SPEC_ORDERED = 10;
 }

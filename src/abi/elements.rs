@@ -51,6 +51,13 @@ abi! {
         /// As `zeros`, of the low words.
         low_zeros: u32,
     }
+    /// The box of ray origins. Floats as ordered integers: see `ordered` in `glsl/lib/ordered.glsl`.
+    struct RayBounds {
+        /// Least corner, ordered integers.
+        lo: [u32; 3],
+        /// Greatest corner.
+        hi: [u32; 3],
+    }
     /// A cluster of PLOC, beside its box.
     struct Cluster {
         /// Raw node, or [`LEAF_BIT`] | Morton rank of a triangle.
@@ -168,6 +175,11 @@ impl Hit {
     pub fn is_hit(&self) -> bool {
         self.t < f32::INFINITY
     }
+}
+
+impl RayBounds {
+    /// Of no ray: what `raysort/bounds` starts from.
+    pub const EMPTY: RayBounds = RayBounds { lo: [u32::MAX; 3], hi: [0; 3] };
 }
 
 impl SceneBounds {

@@ -1,6 +1,7 @@
 //! Measuring: warm-up, repeats, medians and spread; the benchmark, its presets, its rows and its report.
 
 mod builds;
+mod choice;
 mod kernels;
 mod plan;
 mod presets;
@@ -12,6 +13,7 @@ mod stats;
 mod traces;
 
 pub use builds::{Builds, measure_builds};
+pub use choice::{Choice, Trial, choose_walk};
 pub use kernels::{KernelTime, by_kernel};
 pub use plan::{Contender, Coverage, Key, Plan, RayFile, RayKind, RaySet};
 pub use presets::{Preset, PresetError, Presets};
@@ -19,7 +21,7 @@ pub use report::Report;
 pub use rows::{BuildRow, Check, Header, RayRow, Rows, RowsError};
 pub use run::{Open, Progress, run};
 pub use stats::{Spread, settled};
-pub use traces::{Counting, Protocol, TestTotals, Traced, choose_walk, trace_all};
+pub use traces::{Counting, Protocol, TestTotals, Traced, trace_all};
 
 use crate::bvh::BuildError;
 use crate::device::DeviceError;

@@ -3,7 +3,7 @@
 use crate::abi::{Aabb, Ray};
 use crate::bvh::Recipe;
 use crate::trace::BATCH;
-use crate::trace::rays::Secondary;
+use crate::trace::rays::{Light, Secondary};
 use std::fmt;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -20,11 +20,13 @@ pub enum RayKind {
     Ao,
     /// Diffuse, 32 a hit: nearest hit.
     Diffuse,
+    /// From each hit to four lights above the scene, where it faces them: any hit.
+    Shadow,
 }
 
 impl RayKind {
     /// All kinds.
-    pub const ALL: [Self; 3] = [Self::Primary, Self::Ao, Self::Diffuse];
+    pub const ALL: [Self; 4] = [Self::Primary, Self::Ao, Self::Diffuse, Self::Shadow];
 
     /// As typed and reported.
     pub fn name(self) -> &'static str {
@@ -32,6 +34,7 @@ impl RayKind {
             Self::Primary => "primary",
             Self::Ao => "ao",
             Self::Diffuse => "diffuse",
+            Self::Shadow => "shadow",
         }
     }
 
@@ -41,6 +44,7 @@ impl RayKind {
             Self::Primary => None,
             Self::Ao => Some(Secondary::ao(bounds)),
             Self::Diffuse => Some(Secondary::diffuse()),
+            Self::Shadow => Some(Secondary::shadow(Light::above(bounds))),
         }
     }
 }

@@ -1,17 +1,18 @@
 //! Rays of the benchmark: the sets of one view of a scene, traced through every contender's tree in turn.
 
+use super::choice::fastest_walk;
 use super::kernels::add_kernels;
 use super::plan::Key;
 use super::run::{Progress, Stage};
 use super::stats::{enough, warm_up};
-use super::traces::{Pace, fastest_walk};
+use super::traces::Pace;
 use super::{Check, Coverage, KernelTime, Plan, RayKind, RayRow, RaySet, Result, Rows, Spread, TestTotals};
 use crate::abi::{Hit, Ray};
 use crate::device::{Buffer, Device, Timing};
 use crate::oracle::compare::{self, compare};
 use crate::oracle::reference::Reference;
 use crate::trace::rays::{SAMPLES, Secondary, View, primary, secondary};
-use crate::trace::{BATCH, Batch, Options, Precision, Query, Walk, trace};
+use crate::trace::{BATCH, Batch, Options, Precision, Query, RayOrder, Walk, trace};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -51,12 +52,18 @@ struct Cell {
 /// What to trace a set with, untried.
 fn untried(device: &Device, set: &RaySet) -> Options {
     let (query, coherent) = match set {
-        RaySet::Made(kind) => {
-            (if *kind == RayKind::Ao { Query::Any } else { Query::Closest }, *kind == RayKind::Primary)
-        }
+        RaySet::Made(kind) => (
+            if matches!(kind, RayKind::Ao | RayKind::Shadow) { Query::Any } else { Query::Closest },
+            *kind == RayKind::Primary,
+        ),
         RaySet::File(file) => (file.query, false),
     };
-    Options { query, precision: Precision::Robust, walk: Walk::untried(device, coherent) }
+    Options {
+        query,
+        precision: Precision::Robust,
+        walk: Walk::untried(device, coherent),
+        order: RayOrder::AsGiven,
+    }
 }
 
 impl<'a> Rays<'a> {
@@ -145,6 +152,9 @@ impl<'a> Rays<'a> {
         let parts = self.parts(open.set);
         let mut chosen = std::mem::take(&mut self.chosen);
         let warm_ups = self.plan.warm_ups;
+        // Primary rays are in order as they come.
+        let primary = matches!(open.set, RaySet::Made(RayKind::Primary));
+        let orders = if primary { &[RayOrder::AsGiven][..] } else { &RayOrder::ALL };
         let mut first = true;
         self.each_batch(stage, open.set, |batch| {
             let stride = (batch.count * parts).div_ceil(wanted.max(1)).max(1);
@@ -158,7 +168,7 @@ impl<'a> Rays<'a> {
                     let key = (stage.spec.to_owned(), cell.contender, open.set.to_string());
                     cell.options = match chosen.get(&key) {
                         Some(options) => *options,
-                        None => fastest_walk(device, tree, batch, cell.options)?,
+                        None => fastest_walk(device, tree, batch, cell.options, orders)?.options,
                     };
                     chosen.insert(key, cell.options);
                     let once = || trace(device, tree, batch, cell.options, Timing::Outer);
@@ -175,6 +185,7 @@ impl<'a> Rays<'a> {
         self.chosen = chosen;
         for cell in &mut open.cells {
             cell.row.kernel = cell.options.walk.kernel_name().to_owned();
+            cell.row.sorted = cell.options.order == RayOrder::Sorted;
             cell.row.check = stage.reference.as_ref().map(|reference| {
                 Check::from(&judge(reference, &open.sample, &cell.sample, cell.options.query))
             });
@@ -292,6 +303,7 @@ impl Cell {
             view,
             set: set.to_string(),
             kernel: String::new(),
+            sorted: false,
             rays: 0,
             hits: 0,
             trace_ms: Spread::default(),
@@ -306,7 +318,8 @@ impl Cell {
     fn count(&mut self, device: &Arc<Device>, tree: &crate::bvh::Bvh, batch: &mut Batch) -> Result<Vec<Hit>> {
         // Each ray alone: what the tree costs, whichever walk is fastest.
         batch.tests = Some(Buffer::new(device, "trace.tests", batch.rays.len())?);
-        trace(device, tree, batch, Options { walk: Walk::Single, ..self.options }, Timing::Off)?;
+        let alone = Options { walk: Walk::Single, order: RayOrder::AsGiven, ..self.options };
+        trace(device, tree, batch, alone, Timing::Off)?;
         self.row.tests.add(batch)?;
         batch.tests = None;
         let times = trace(device, tree, batch, self.options, Timing::Kernels)?;

@@ -41,6 +41,7 @@ struct Line<'a> {
     view: Option<usize>,
     set: Option<&'a str>,
     kernel: Option<&'a str>,
+    sorted: Option<bool>,
     rays: Option<usize>,
     hits: Option<usize>,
     mrays_s: Option<f64>,
@@ -126,6 +127,7 @@ impl<'r> Report<'r> {
             view: r.map(|r| r.view),
             set: r.map(|r| r.set.as_str()),
             kernel: r.map(|r| r.kernel.as_str()),
+            sorted: r.map(|r| r.sorted),
             rays: r.map(|r| r.rays),
             hits: r.map(|r| r.hits),
             mrays_s: r.map(|r| r.mrays_s().median),
@@ -224,7 +226,7 @@ impl<'r> Report<'r> {
                 checked(all.check.faults),
                 checked(all.check.unsure),
                 checked(all.check.rays),
-                all.kernels.join(", "),
+                all.kernels.join("; "),
             ]);
         }
         finish(table, 3)
@@ -267,22 +269,23 @@ impl<'r> Report<'r> {
 }
 
 /// The views of a set, added up.
-struct Views<'r> {
+struct Views {
     rays: usize,
     hits: usize,
     trace_ms: Spread,
     tests: TestTotals,
     check: Check,
-    kernels: Vec<&'r str>,
+    kernels: Vec<String>,
 }
 
-impl<'r> Views<'r> {
-    fn of(rows: &[&'r RayRow]) -> Self {
+impl Views {
+    fn of(rows: &[&RayRow]) -> Self {
         let sum = |f: fn(&RayRow) -> usize| rows.iter().map(|r| f(r)).sum();
         let tests = |f: fn(&RayRow) -> u64| rows.iter().map(|r| f(r)).sum();
         let ms = |f: fn(&Spread) -> f64| rows.iter().map(|r| f(&r.trace_ms)).sum();
         let check = |f: fn(&Check) -> usize| rows.iter().filter_map(|r| r.check.as_ref()).map(f).sum();
-        let mut kernels: Vec<&str> = rows.iter().map(|r| r.kernel.as_str()).collect();
+        let title = |r: &&RayRow| format!("{}{}", r.kernel, if r.sorted { ", sorted" } else { "" });
+        let mut kernels: Vec<String> = rows.iter().map(title).collect();
         kernels.sort_unstable();
         kernels.dedup();
         Self {

@@ -89,6 +89,8 @@ pub struct RayRow {
     pub set: String,
     /// Kernel that traced them.
     pub kernel: String,
+    /// Whether they were sorted first; times have the sort in them.
+    pub sorted: bool,
     /// Rays of a run.
     pub rays: usize,
     /// Those that hit something.

@@ -1,10 +1,10 @@
 //! Rays from the host, traced and timed, however many there are: in submits that no watchdog ends.
 
-use super::{Result, Spread, stats};
+use super::{KernelTime, Result, Spread, by_kernel, stats};
 use crate::abi::{Hit, Ray};
 use crate::bvh::Bvh;
 use crate::device::{Device, Times, Timing};
-use crate::trace::{BATCH, Batch, Options, Walk, trace};
+use crate::trace::{BATCH, Batch, Options, RayOrder, Walk, trace};
 use std::sync::Arc;
 
 /// Rays of the first submit on a device whose speed isn't known yet.
@@ -59,8 +59,18 @@ pub struct Traced {
     pub chunk: usize,
     /// Submits a run.
     pub submits: usize,
+    /// One row a kernel, in order; those of a sort from a run of its own with a stamp behind every pass.
+    pub kernels: Vec<KernelTime>,
     /// With [`Counting::On`].
     pub tests: Option<TestTotals>,
+}
+
+impl Traced {
+    /// Device time of the passes that sort, ms; 0 where rays were taken as they came.
+    pub fn sort_ms(&self) -> f64 {
+        let sorting = |k: &&KernelTime| !k.name.starts_with("trace/");
+        self.kernels.iter().filter(sorting).map(|k| k.ms).sum()
+    }
 }
 
 /// Traces `rays`, timed by `protocol`. All runs of one chunk follow each other, so that each is copied once. `progress`
@@ -80,6 +90,7 @@ pub fn trace_all(
     let chunk = warm_up(device, bvh, rays, options, &mut batch)?;
     let (mut device_ms, mut wall_ms) = (vec![0.0; protocol.runs], vec![0.0; protocol.runs]);
     let mut hits = Vec::with_capacity(rays.len());
+    let mut passes = vec![];
     let submits = rays.len().div_ceil(chunk);
     for part in rays.chunks(chunk) {
         batch.set(part)?;
@@ -87,6 +98,9 @@ pub fn trace_all(
             let times = trace(device, bvh, &batch, options, Timing::Outer)?;
             *device_ms += times.device_ms;
             *wall_ms += times.wall_ms;
+        }
+        if options.order == RayOrder::Sorted {
+            passes.extend(trace(device, bvh, &batch, options, Timing::Kernels)?.passes);
         }
         hits.extend(batch.hits.read_first(part.len())?);
         progress(part.len());
@@ -96,46 +110,14 @@ pub fn trace_all(
         Counting::Off => None,
         Counting::On => Some(count_tests(device, bvh, rays, options, chunk)?),
     };
-    Ok(Traced { hits, device: Spread::of(&device_ms), wall: Spread::of(&wall_ms), chunk, submits, tests })
-}
-
-/// Rays of the sample that [`choose_walk`] times.
-const SAMPLE: usize = 1 << 15;
-
-/// The walk that a sample of neighbouring rays is fastest with; few rays are traced as `options` say.
-///
-/// # Errors
-/// A failed Vulkan call, or not enough device memory for the sample.
-pub fn choose_walk(device: &Arc<Device>, bvh: &Bvh, rays: &[Ray], options: Options) -> Result<Options> {
-    if rays.len() < SAMPLE {
-        return Ok(options);
-    }
-    let mut batch = Batch::new(device, SAMPLE, false)?;
-    let middle = (rays.len() - SAMPLE) / 2;
-    batch.set(&rays[middle..middle + SAMPLE])?;
-    fastest_walk(device, bvh, &batch, options)
-}
-
-/// The walk that the rays of `batch` are fastest with: the least of three runs each, in turn.
-pub(super) fn fastest_walk(
-    device: &Arc<Device>,
-    bvh: &Bvh,
-    batch: &Batch,
-    options: Options,
-) -> Result<Options> {
-    let walks = Walk::all(device);
-    let mut least = vec![f64::INFINITY; walks.len()];
-    // The first round is a warm-up: a kernel is compiled at its first dispatch.
-    for round in 0..4 {
-        for (walk, least) in walks.iter().zip(&mut least) {
-            let times = trace(device, bvh, batch, Options { walk: *walk, ..options }, Timing::Outer)?;
-            if round > 0 {
-                *least = least.min(times.device_ms);
-            }
+    let (device, wall) = (Spread::of(&device_ms), Spread::of(&wall_ms));
+    let kernels = match options.order {
+        RayOrder::Sorted => by_kernel(&passes),
+        RayOrder::AsGiven => {
+            vec![KernelTime { name: options.walk.kernel_name().into(), count: submits, ms: device.median }]
         }
-    }
-    let fastest = walks.iter().zip(least).min_by(|a, b| a.1.total_cmp(&b.1));
-    Ok(fastest.map_or(options, |(walk, _)| Options { walk: *walk, ..options }))
+    };
+    Ok(Traced { hits, device, wall, chunk, submits, kernels, tests })
 }
 
 /// Traces untimed, on a software driver until the times settle, and finds how many rays a submit may have: without a
@@ -202,7 +184,7 @@ fn count_tests(
     options: Options,
     chunk: usize,
 ) -> Result<TestTotals> {
-    let options = Options { walk: Walk::Single, ..options };
+    let options = Options { walk: Walk::Single, order: RayOrder::AsGiven, ..options };
     let mut batch = Batch::new(device, rays.len().min(chunk), true)?;
     let mut sum = TestTotals::default();
     for part in rays.chunks(chunk) {

@@ -7,11 +7,13 @@ mod layout;
 mod lbvh;
 mod morton;
 mod ploc;
+mod radix;
 pub mod raw;
 mod recipe;
 mod sort;
 mod tree;
 
+pub(crate) use radix::Radix;
 pub use recipe::{Builder, Collapse, Morton, Recipe};
 pub use tree::{Bvh, Child, HostTree, SceneBuffers, leaf_bits};
 

@@ -1,7 +1,7 @@
 //! Arguments that several subcommands share, and what they mean to the library.
 
 use crate::bvh::{Builder, Collapse, Morton, Recipe};
-use crate::trace::Precision;
+use crate::trace::{Precision, RayOrder};
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
 use std::path::PathBuf;
@@ -60,6 +60,28 @@ impl From<PrecisionName> for Precision {
         match name {
             PrecisionName::Robust => Self::Robust,
             PrecisionName::Fast => Self::Fast,
+        }
+    }
+}
+
+/// Whether rays are sorted on the device.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum SortName {
+    /// Where a sample is faster so, the sort included.
+    Auto,
+    /// Always.
+    On,
+    /// Never.
+    Off,
+}
+
+impl SortName {
+    /// The orders to try; of rays that go much the same way as they come, only that one.
+    pub(super) fn orders(self, coherent: bool) -> &'static [RayOrder] {
+        match self {
+            Self::On => &[RayOrder::Sorted],
+            Self::Auto if !coherent => &RayOrder::ALL,
+            Self::Auto | Self::Off => &[RayOrder::AsGiven],
         }
     }
 }

@@ -1,9 +1,9 @@
 //! `--explain`: what was done and what was skipped, a sentence a line on stderr.
 
-use crate::bench::{Counting, Traced};
+use super::choices::SortName;
+use crate::bench::{Choice, Counting, Traced, Trial};
 use crate::bvh::Built;
-use crate::device::Device;
-use crate::trace::{Options, Precision, Query, Walk};
+use crate::trace::{Precision, Query, RayOrder, Walk};
 
 /// What a build did.
 pub(super) fn build(built: &Built) {
@@ -13,7 +13,8 @@ pub(super) fn build(built: &Built) {
 }
 
 /// What tracing did.
-pub(super) fn trace(device: &Device, options: Options, counting: Counting, traced: &Traced) {
+pub(super) fn trace(sort: SortName, choice: &Choice, counting: Counting, traced: &Traced) {
+    let options = choice.options;
     let say = |sentence: String| eprintln!("explain: {sentence}");
     let kernel = options.walk.kernel_name();
     let why = match options.walk {
@@ -22,12 +23,8 @@ pub(super) fn trace(device: &Device, options: Options, counting: Counting, trace
         Walk::Persistent => "invocations take rays until there are none",
         Walk::Packet => "a subgroup walks the tree together",
     };
-    let others: Vec<&str> =
-        Walk::all(device).iter().filter(|w| **w != options.walk).map(|w| w.kernel_name()).collect();
-    say(format!(
-        "trace: {kernel}, {why}: a sample of the rays was slower with {}, or there are too few to tell",
-        others.join(" and ")
-    ));
+    say(format!("trace: {kernel}, {why}: {}", tried(choice)));
+    say(format!("trace: {}", order(sort, choice)));
     say(match options.query {
         Query::Closest => "trace: nearest hit, with t, u and v".into(),
         Query::Any => {
@@ -51,4 +48,35 @@ pub(super) fn trace(device: &Device, options: Options, counting: Counting, trace
     say(format!("trace: {submits} submit{} of up to {rays} rays", if submits == 1 { "" } else { "s" }));
     say("trace: read back once, after the last run: the hits; the tree only for its hash and for --check"
         .into());
+}
+
+/// What a choice rests on.
+fn tried(choice: &Choice) -> String {
+    if choice.trials.is_empty() {
+        return "too few rays to tell what is fastest".into();
+    }
+    let time = |t: &Trial| {
+        let sorted = if t.order == RayOrder::Sorted { " sorted" } else { "" };
+        format!("{}{sorted} {:.2} ms", t.walk.kernel_name(), t.ms)
+    };
+    let times: Vec<String> = choice.trials.iter().map(time).collect();
+    format!("{} rays took {}", choice.rays, times.join(", "))
+}
+
+/// Why rays were sorted, or weren't.
+fn order(sort: SortName, choice: &Choice) -> String {
+    let sorted = choice.options.order == RayOrder::Sorted;
+    let pair = (choice.fastest(RayOrder::Sorted), choice.fastest(RayOrder::AsGiven));
+    match (sort, pair) {
+        (SortName::On, _) => "rays sorted by origin and direction, as asked".into(),
+        (SortName::Off, _) => "rays not sorted, as asked".into(),
+        (SortName::Auto, (Some(s), Some(g))) => format!(
+            "rays {}sorted by origin and direction: {:.2} ms with the sort, {:.2} ms without",
+            if sorted { "" } else { "not " },
+            s.ms,
+            g.ms
+        ),
+        (SortName::Auto, (_, None)) => "rays not sorted: too few to tell whether that pays".into(),
+        (SortName::Auto, (None, _)) => "rays not sorted: neighbours go much the same way as they come".into(),
+    }
 }

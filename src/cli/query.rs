@@ -2,13 +2,13 @@
 
 use super::build::BuildReport;
 use super::check::{self, Checks};
-use super::choices::{PrecisionName, RecipeArgs, ReportArgs};
+use super::choices::{PrecisionName, RecipeArgs, ReportArgs, SortName};
 use super::files::{self, Output, emit};
 use super::{Global, explain};
 use crate::bench::{Counting, KernelTime, Protocol, Traced, choose_walk, measure_builds, trace_all};
 use crate::bvh::{Bvh, SceneBuffers};
 use crate::scene::Progress;
-use crate::trace::{Options, Query, Walk, is_coherent};
+use crate::trace::{Options, Query, RayOrder, Walk, is_coherent};
 use anyhow::Result;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::path::PathBuf;
@@ -37,6 +37,9 @@ pub(super) struct Args {
     /// Triangle test.
     #[arg(long, value_enum, default_value_t = PrecisionName::Robust)]
     precision: PrecisionName,
+    /// Sort rays by origin and direction before they are traced; hits keep their places, and times include it.
+    #[arg(long, value_enum, default_value_t = SortName::Auto)]
+    sort: SortName,
     #[command(flatten)]
     recipe: RecipeArgs,
     #[command(flatten)]
@@ -51,6 +54,9 @@ struct Report<'a> {
     query: &'static str,
     precision: &'static str,
     walk: &'static str,
+    sorted: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sort_ms: Option<f64>,
     rays: usize,
     hits: usize,
     trace_ms: f64,
@@ -83,25 +89,28 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     let build = BuildReport::new(&device, &scene, &recipe, &builds)?;
     build.remark(global);
 
-    let options = Options {
+    let coherent = is_coherent(&rays, extent(bvh));
+    let untried = Options {
         query: if args.any { Query::Any } else { Query::Closest },
         precision: args.precision.into(),
-        walk: Walk::untried(&device, is_coherent(&rays, extent(bvh))),
+        walk: Walk::untried(&device, coherent),
+        ..Options::default()
     };
-    let options = choose_walk(&device, bvh, &rays, options)?;
+    let choice = choose_walk(&device, bvh, &rays, untried, args.sort.orders(coherent))?;
+    let options = choice.options;
     let protocol = Protocol { runs, counting: if args.count { Counting::On } else { Counting::Off } };
     let bar = bar(global, rays.len());
     let traced = trace_all(&device, bvh, &rays, options, protocol, &|n| bar.inc(n as u64))?;
     bar.finish_and_clear();
     if args.report.explain {
         explain::build(&builds.built);
-        explain::trace(&device, options, protocol.counting, &traced);
+        explain::trace(args.sort, &choice, protocol.counting, &traced);
     }
     out.finish(&files::hit_bytes(&traced.hits))?;
 
     let mut kernels = builds.kernels;
-    let Traced { submits: count, device: device_ms, wall, .. } = &traced;
-    kernels.push(KernelTime { name: options.walk.kernel_name().into(), count: *count, ms: device_ms.median });
+    kernels.extend(traced.kernels.iter().cloned());
+    let Traced { device: device_ms, wall, .. } = &traced;
     let hits = traced.hits.iter().filter(|h| h.is_hit()).count();
     let mrays_s = device_ms.rate(rays.len()).median;
     global.remark(format_args!(
@@ -130,6 +139,8 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
         },
         precision: args.precision.name(),
         walk: options.walk.kernel_name(),
+        sorted: options.order == RayOrder::Sorted,
+        sort_ms: (options.order == RayOrder::Sorted).then(|| traced.sort_ms()),
         rays: rays.len(),
         hits,
         trace_ms: device_ms.median,

@@ -14,6 +14,7 @@ pub mod morton;
 pub mod ploc;
 pub mod quality;
 pub mod rays;
+pub mod raysort;
 pub mod reference;
 pub mod scan;
 pub mod sort;

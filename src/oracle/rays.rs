@@ -1,12 +1,14 @@
 //! Twin of `trace::rays` and `glsl/rays/`: primary rays in f64, secondary rays in f32 step by step as the kernels, to
 //! the same bits.
 
-use crate::abi::{Hit, Ray, Surface};
+use crate::abi::{Hit, LIGHTS, Ray, Surface};
 use crate::scene::Scene;
-use crate::trace::rays::{Secondary, View};
+use crate::trace::rays::{Light, Secondary, SecondaryKind, View};
 use glam::{DVec3, Vec3};
 
 const OFFSET: f32 = 1.0 / 262_144.0;
+/// One step of a 24-bit fraction.
+const SHARE: f32 = 1.0 / 16_777_216.0;
 
 /// Where a pixel stands among the primary rays: strips behind blocks, then by code or by rows or columns.
 fn place(x: u32, y: u32, width: u32, height: u32) -> (u32, u64) {
@@ -70,7 +72,7 @@ fn outer(a: Vec3, b: Vec3) -> Vec3 {
     Vec3::new(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
 }
 
-fn levelled(v: Vec3) -> Vec3 {
+pub(super) fn levelled(v: Vec3) -> Vec3 {
     let exponent = (v.abs().max_element().to_bits() >> 23) as i32 - 127;
     v * f32::from_bits(((127 - exponent.clamp(-127, 126)) as u32) << 23)
 }
@@ -135,21 +137,43 @@ pub fn turned(turn: u32) -> [f32; 2] {
     }
 }
 
+/// Point `i` as primary `primary` has it.
+fn point_of(i: u32, primary: u32) -> [u32; 2] {
+    let turned =
+        |base: u32, k: u32| (radical_inverse(i + 1, base) + (hash(2 * primary + k) >> 8)) & 0xff_ffff;
+    [turned(2, 0), turned(3, 1)]
+}
+
 /// Ray `sample` of those that leave `surface`.
 fn leave(surface: &Surface, sample: u32, length: f32) -> Ray {
-    let turn = |base: u32, k: u32| {
-        (radical_inverse(sample + 1, base) + (hash(2 * surface.primary + k) >> 8)) & 0xff_ffff
-    };
-    let (u, v) = (turn(2, 0), turn(3, 1));
-    let share = 1.0 / 16_777_216.0;
-    let r = root(u as f32 * share);
-    let z = root((16_777_216 - u) as f32 * share);
+    let [u, v] = point_of(sample, surface.primary);
+    let r = root(u as f32 * SHARE);
+    let z = root((16_777_216 - u) as f32 * SHARE);
     let [x, y] = turned(v).map(|t| t * r);
     let n = Vec3::from_array(surface.normal);
     let tangent = if n.x.abs() > n.z.abs() { Vec3::new(-n.y, n.x, 0.0) } else { Vec3::new(0.0, -n.z, n.y) };
     let tangent = unit(tangent).unwrap_or(Vec3::ZERO);
     let direction = tangent * x + outer(n, tangent) * y + n * z;
     Ray { origin: surface.origin, t_min: 0.0, direction: direction.to_array(), t_max: length }
+}
+
+/// Ray `sample` of those from `surface` to `lights`; none where its light is behind.
+fn ray_to_light(surface: &Surface, sample: u32, lights: &[Light], length: f32) -> Option<Ray> {
+    let light = &lights[(sample % LIGHTS) as usize];
+    let [u, v] = point_of(sample / LIGHTS, surface.primary);
+    let (u, w) = (u as f32 * SHARE, (16_777_216 - u) as f32 * SHARE);
+    let r = 2.0 * root(u * w);
+    let [x, y] = turned(v).map(|t| t * r);
+    let point = Vec3::new(x, y, w - u);
+    let direction =
+        Vec3::from_array(light.position) + point * light.radius - Vec3::from_array(surface.origin);
+    let facing = inner(Vec3::from_array(surface.normal), levelled(direction)) > 0.0;
+    facing.then_some(Ray {
+        origin: surface.origin,
+        t_min: 0.0,
+        direction: direction.to_array(),
+        t_max: length,
+    })
 }
 
 /// Secondary rays from primary `start` on, no more than `capacity`, and how many primaries they come from.
@@ -162,12 +186,22 @@ pub fn secondary(
     capacity: usize,
 ) -> (usize, Vec<Ray>) {
     let mut out = vec![];
+    let mut room = capacity / kind.samples as usize;
     for i in start..rays.len() {
         let Some(surface) = surface_of(scene, &rays[i], &hits[i], i) else { continue };
-        if out.len() + kind.samples as usize > capacity {
+        if room == 0 {
             return (i - start, out);
         }
-        out.extend((0..kind.samples).map(|s| leave(&surface, s, kind.length)));
+        room -= 1;
+        let samples = 0..kind.samples;
+        match kind.kind {
+            SecondaryKind::Ao | SecondaryKind::Diffuse => {
+                out.extend(samples.map(|s| leave(&surface, s, kind.length)));
+            }
+            SecondaryKind::Shadow(lights) => {
+                out.extend(samples.filter_map(|s| ray_to_light(&surface, s, &lights, kind.length)));
+            }
+        }
     }
     (rays.len() - start, out)
 }

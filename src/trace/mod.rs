@@ -2,17 +2,19 @@
 
 mod coherence;
 pub mod rays;
+pub mod raysort;
 
 pub use coherence::is_coherent;
 
 use crate::abi::{
-    Hit, PtrMut, Ray, SPEC_ANY, SPEC_COUNT, SPEC_FEW, SPEC_ITEMS, SPEC_LEAF_BITS, SPEC_ROBUST, SPEC_STACK,
-    SPEC_WG, Tests, TraceArgs, WIDTH,
+    Hit, Ptr, PtrMut, Ray, SPEC_ANY, SPEC_COUNT, SPEC_FEW, SPEC_ITEMS, SPEC_LEAF_BITS, SPEC_ORDERED,
+    SPEC_ROBUST, SPEC_STACK, SPEC_WG, Tests, TraceArgs, WIDTH,
 };
 use crate::bvh::Bvh;
 use crate::device::{Buffer, Device, DeviceError, Recorder, Result, Times, Timing};
 use crate::kernels::{self, Kernel};
-use std::sync::Arc;
+use raysort::Raysort;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Rays that one dispatch takes at most (the seed's batch).
 pub const BATCH: usize = 1 << 20;
@@ -48,6 +50,23 @@ pub struct Options {
     pub precision: Precision,
     /// Which kernel.
     pub walk: Walk,
+    /// In which order.
+    pub order: RayOrder,
+}
+
+/// In which order rays are taken. Either gives the same hits, in the order of the rays.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum RayOrder {
+    /// As they come.
+    #[default]
+    AsGiven,
+    /// By origin and direction, sorted on the device in the same submit: see [`raysort`].
+    Sorted,
+}
+
+impl RayOrder {
+    /// Both.
+    pub const ALL: [RayOrder; 2] = [RayOrder::AsGiven, RayOrder::Sorted];
 }
 
 /// How rays share a subgroup. All give the same hits.
@@ -108,6 +127,8 @@ pub struct Batch {
     next: Buffer<u32>,
     /// Rays in use.
     pub count: usize,
+    /// From the first time that rays are sorted on.
+    raysort: Mutex<Option<Raysort>>,
 }
 
 impl Batch {
@@ -122,6 +143,7 @@ impl Batch {
             tests: if counting { Some(Buffer::new(device, "trace.tests", capacity)?) } else { None },
             next: Buffer::new(device, "trace.next", 1)?,
             count: 0,
+            raysort: Mutex::new(None),
         })
     }
 
@@ -132,6 +154,16 @@ impl Batch {
     pub fn set(&mut self, rays: &[Ray]) -> Result<()> {
         self.count = rays.len();
         self.rays.write(rays)
+    }
+
+    /// Records the sort of the rays; their order.
+    fn sort(&self, rec: &mut Recorder) -> Result<Ptr<u32>> {
+        let mut raysort = self.raysort.lock().unwrap_or_else(PoisonError::into_inner);
+        let raysort = match &mut *raysort {
+            Some(r) if r.capacity() >= self.count => r,
+            none => none.insert(Raysort::new(rec.device(), self.rays.len())?),
+        };
+        raysort.record(rec, self.rays.ptr(), self.count as u32)
     }
 }
 
@@ -178,7 +210,12 @@ fn record(rec: &mut Recorder, bvh: &Bvh, batch: &Batch, options: Options) -> Res
         (SPEC_COUNT, batch.tests.is_some().into()),
         (SPEC_ROBUST, (options.precision == Precision::Robust).into()),
         (SPEC_FEW, shape.persistent_few),
+        (SPEC_ORDERED, (options.order == RayOrder::Sorted).into()),
     ];
+    let order = match options.order {
+        RayOrder::AsGiven => Ptr::new(0),
+        RayOrder::Sorted => batch.sort(rec)?,
+    };
     let count = batch.count as u32;
     let filled = count.div_ceil(items * shape.trace_workgroup);
     let groups = if options.walk == Walk::Persistent {
@@ -195,6 +232,7 @@ fn record(rec: &mut Recorder, bvh: &Bvh, batch: &Batch, options: Options) -> Res
         hits: batch.hits.ptr_mut(),
         tests: batch.tests.as_ref().map_or(PtrMut::new(0), Buffer::ptr_mut),
         next: batch.next.ptr_shared(),
+        order,
         count,
         root: bvh.root,
         exponent: bvh.exponent,

@@ -1,13 +1,15 @@
-//! Ray sets made on the device: primary rays of a camera, and the ambient-occlusion and diffuse rays that leave what
-//! they met. Order and batches are those of Aila09. Differs: origins are lifted by a bound on rounding, not by a fixed length, and
+//! Ray sets made on the device: primary rays of a camera, and the ambient-occlusion, diffuse and shadow rays that leave
+//! what they met. Order and batches are those of Aila09. Differs: origins are lifted by a bound on rounding, not by a fixed length, and
 //! each device makes the same bits, for kernels only add and multiply.
 
-use super::{BATCH, Batch, Query};
-use crate::abi::{
-    Aabb, Pair, RaysCountArgs, RaysPrimaryArgs, RaysSecondaryArgs, RaysSurfaceArgs, SPEC_ITEMS, SPEC_WG,
-    ScanExclusiveArgs, Surface,
-};
-use crate::bvh::SceneBuffers;
+mod secondary;
+mod shadow;
+
+pub use secondary::{AO_SHARE, MOST_SAMPLES, SAMPLES, SECONDARY_BATCH, Secondary, SecondaryKind, secondary};
+pub use shadow::Light;
+
+use super::Batch;
+use crate::abi::{RaysPrimaryArgs, SPEC_WG};
 use crate::device::{Buffer, Device, DeviceError, Recorder, Result, Times, Timing};
 use crate::kernels;
 use crate::scene::Camera;
@@ -18,15 +20,6 @@ use std::sync::Arc;
 const BLOCK: u32 = 8;
 /// Largest width and height: a block's place takes 16 bits an axis.
 const LARGEST_SIDE: u32 = BLOCK << 16;
-/// Secondary rays a hit (the seed's number).
-pub const SAMPLES: u32 = 32;
-/// Most secondary rays a hit: their points travel in a command buffer.
-pub const MOST_SAMPLES: u32 = 8192;
-/// Length of ambient-occlusion rays by default, as a share of the diagonal of the scene's box.
-pub const AO_SHARE: f32 = 0.05;
-/// Primaries that one invocation looks at in turn, at least: sums of runs are scanned by a single workgroup.
-const RUN: u32 = 32;
-
 /// A picture to be taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct View {
@@ -61,48 +54,6 @@ impl View {
         let (across, down) = (right * pixel, forward.cross(right) * pixel);
         let corner = forward - across * (f64::from(self.width) / 2.0) - down * (f64::from(self.height) / 2.0);
         [corner, across, down]
-    }
-}
-
-/// What secondary rays look for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum SecondaryKind {
-    /// Whether anything is near.
-    Ao,
-    /// What light comes from.
-    Diffuse,
-}
-
-/// Secondary rays.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Secondary {
-    /// What for.
-    pub kind: SecondaryKind,
-    /// Rays a hit, at most [`MOST_SAMPLES`]; 32 by default.
-    pub samples: u32,
-    /// Greatest t of each ray, scene units (directions are unit vectors); may be +inf.
-    pub length: f32,
-}
-
-impl Secondary {
-    /// 32 ambient-occlusion rays a hit, [`AO_SHARE`] of the diagonal of `bounds` long.
-    pub fn ao(bounds: &Aabb) -> Self {
-        let square: f64 = (0..3).map(|k| (f64::from(bounds.hi[k]) - f64::from(bounds.lo[k])).powi(2)).sum();
-        let length = if square.is_finite() { AO_SHARE * square.sqrt() as f32 } else { f32::INFINITY };
-        Self { kind: SecondaryKind::Ao, samples: SAMPLES, length }
-    }
-
-    /// 32 diffuse rays a hit, endless.
-    pub fn diffuse() -> Self {
-        Self { kind: SecondaryKind::Diffuse, samples: SAMPLES, length: f32::INFINITY }
-    }
-
-    /// What to ask of the tracer.
-    pub fn query(&self) -> Query {
-        match self.kind {
-            SecondaryKind::Ao => Query::Any,
-            SecondaryKind::Diffuse => Query::Closest,
-        }
     }
 }
 
@@ -171,116 +122,6 @@ pub fn primary(device: &Arc<Device>, view: &View, batch: &mut Batch, timing: Tim
     rec.submit()
 }
 
-/// The `index`th point of Halton's sequence in bases 2 and 3 (Halton60), 24-bit fixed point, rounded down.
-fn halton(index: u32) -> Pair {
-    let inverse = |base: u64| {
-        let (mut rest, mut digits, mut scale) = (u64::from(index), 0, 1);
-        while rest > 0 {
-            digits = digits * base + rest % base;
-            scale *= base;
-            rest /= base;
-        }
-        ((digits << 24) / scale) as u32
-    };
-    [inverse(2), inverse(3)]
-}
-
-/// Makes secondary rays of `kind` into `out`: `samples` for each traced primary that hit a triangle, none for one that
-/// missed or whose triangle has no normal. Takes primaries from `start` on, in order, as many as their rays fit;
-/// returns how many it took. [`Batch::count`] of `out` becomes the number of rays: 0 only where no hit is left.
-///
-/// Rays start at the hit point, lifted by 2⁻¹⁸ of the triangle's largest coordinate to the side that the primary came
-/// from (see `glsl/rays/surface.glsl` for the bound), with t from 0 to `length`.
-///
-/// # Errors
-/// Too many samples for `out` or for [`MOST_SAMPLES`]; not enough device memory; a failed Vulkan call.
-pub fn secondary(
-    device: &Arc<Device>,
-    scene: &SceneBuffers,
-    primaries: &Batch,
-    kind: &Secondary,
-    start: usize,
-    out: &mut Batch,
-    timing: Timing,
-) -> Result<(usize, Times)> {
-    out.count = 0;
-    let left = primaries.count.saturating_sub(start);
-    let most = out.rays.len().min(MOST_SAMPLES as usize);
-    if kind.samples as usize > most {
-        let (wanted, limit) = (kind.samples.into(), most as u64);
-        return Err(DeviceError::Limit { what: "secondary rays a hit".into(), wanted, limit });
-    }
-    if left == 0 || kind.samples == 0 {
-        return Ok((left, Times::default()));
-    }
-    let limit = (out.rays.len() / kind.samples as usize).min(left);
-    let shape = device.shape();
-    let items = shape.items.max(RUN);
-    let runs = left.div_ceil(items as usize);
-    let groups = (runs as u32).div_ceil(shape.workgroup);
-    let constants = [(SPEC_WG, shape.workgroup), (SPEC_ITEMS, items)];
-    let (start, end, limit) = (start as u32, primaries.count as u32, limit as u32);
-    let surfaces = Buffer::<Surface>::new(device, "rays.surfaces", limit as usize)?;
-    let sums = Buffer::<u32>::new(device, "rays.sums", runs)?;
-    let taken = Buffer::<u32>::new(device, "rays.taken", 2)?;
-    let points = Buffer::<Pair>::new(device, "rays.points", kind.samples as usize)?;
-    let sequence: Vec<Pair> = (1..=kind.samples).map(halton).collect();
-    let (rays, hits) = (primaries.rays.ptr(), primaries.hits.ptr());
-    let triangles = scene.triangles.ptr().cast();
-
-    let mut rec = Recorder::new(device, timing)?;
-    rec.update(&points, &sequence);
-    rec.dispatch(
-        &kernels::RAYS_COUNT,
-        &constants,
-        groups,
-        RaysCountArgs { rays, hits, triangles, sums: sums.ptr_mut(), start, end },
-    )?;
-    rec.dispatch(
-        &kernels::SCAN_EXCLUSIVE,
-        &[(SPEC_WG, shape.single_workgroup)],
-        1,
-        ScanExclusiveArgs { sums: sums.ptr_mut(), total: taken.ptr_mut(), count: runs as u32 },
-    )?;
-    rec.dispatch(
-        &kernels::RAYS_SURFACE,
-        &constants,
-        groups,
-        RaysSurfaceArgs {
-            rays,
-            hits,
-            triangles,
-            sums: sums.ptr(),
-            taken: taken.ptr_mut(),
-            surfaces: surfaces.ptr_mut(),
-            start,
-            end,
-            limit,
-        },
-    )?;
-    rec.dispatch(
-        &kernels::RAYS_SECONDARY,
-        &[(SPEC_WG, shape.trace_workgroup)],
-        (limit * kind.samples).div_ceil(shape.trace_workgroup),
-        RaysSecondaryArgs {
-            surfaces: surfaces.ptr(),
-            points: points.ptr(),
-            taken: taken.ptr(),
-            rays: out.rays.ptr_mut(),
-            samples: kind.samples,
-            limit,
-            t_max: kind.length,
-        },
-    )?;
-    let times = rec.submit()?;
-    let taken = taken.read()?;
-    out.count = (taken[0].min(limit) * kind.samples) as usize;
-    Ok(((taken[1] - start) as usize, times))
-}
-
-/// Rays that a batch of secondary rays holds by default: 2^20, as Aila09.
-pub const SECONDARY_BATCH: usize = BATCH;
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -307,16 +148,6 @@ mod tests {
             let mut order = pixel_order(width, height);
             order.sort_unstable();
             assert_eq!(order, (0..width * height).collect::<Vec<_>>(), "{width} × {height}");
-        }
-    }
-
-    #[test]
-    fn halton_points() {
-        let share = |p: Pair| p.map(|x| f64::from(x) / f64::from(1 << 24));
-        for (index, u, v) in [(1, 1.0 / 2.0, 1.0 / 3.0), (2, 1.0 / 4.0, 2.0 / 3.0), (5, 5.0 / 8.0, 7.0 / 9.0)]
-        {
-            let p = share(halton(index));
-            assert!((p[0] - u).abs() < 1e-7 && (p[1] - v).abs() < 1e-7, "{index}: {p:?}");
         }
     }
 }

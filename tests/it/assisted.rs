@@ -8,7 +8,7 @@ use crate::soup::{grid, random, scene};
 use boxwood::abi::Ray;
 use boxwood::bvh::{self, Builder, Collapse, Morton, Recipe, SceneBuffers};
 use boxwood::device::Timing;
-use boxwood::trace::{Batch, Options, Precision, Query, Walk, trace};
+use boxwood::trace::{Batch, Options, Query, Walk, trace};
 
 #[test]
 fn builds() {
@@ -45,7 +45,7 @@ fn traces() {
     for (query, walk) in all.chain([(Query::Any, Walk::Single)]) {
         let mut batch = Batch::new(&device, rays.len(), true).unwrap();
         batch.set(&rays).unwrap();
-        let options = Options { query, walk, precision: Precision::Robust };
+        let options = Options { query, walk, ..Options::default() };
         trace(&device, &bvh, &batch, options, Timing::Off).unwrap();
         hits.push(batch.hits.read().unwrap().iter().filter(|h| h.is_hit()).count());
     }

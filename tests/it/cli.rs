@@ -123,6 +123,19 @@ fn query_round_trip() {
         );
     }
 
+    assert_eq!((&json["sorted"], &json["sort_ms"]), (&false.into(), &Value::Null));
+
+    let out = folder.run(&[&base[..], &["--sort", "on", "--explain"]].concat());
+    assert!(
+        String::from_utf8_lossy(&out.stderr).contains("sorted by origin and direction, as asked"),
+        "{out:?}"
+    );
+    let json: Value = serde_json::from_slice(&out.stdout).unwrap();
+    assert!(json["sorted"] == true && json["sort_ms"].as_f64().is_some_and(|ms| ms > 0.0), "{json}");
+    let named = |name: &str| json["kernels"].as_array().unwrap().iter().any(|k| k["name"] == name);
+    assert!(named("raysort/keys") && named("sort/scatter") && named("trace/single"), "{json}");
+    assert_eq!(hits(&folder.path("a.hits")), [(2.0, 1), MISS, MISS]);
+
     let out = folder.run(&[&base[..], &["--any", "--precision", "fast", "--quiet"]].concat());
     assert!(out.status.success() && !String::from_utf8_lossy(&out.stderr).contains("Mrays/s"), "{out:?}");
     assert_eq!(hits(&folder.path("a.hits")), [(0.0, u32::MAX), MISS, MISS]);

@@ -18,6 +18,7 @@ mod oracle;
 mod ploc;
 mod quality;
 mod rays;
+mod raysort;
 mod scan;
 mod scene;
 mod shaders;

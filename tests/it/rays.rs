@@ -2,13 +2,14 @@
 
 #![allow(clippy::unwrap_used)]
 
-use crate::gpu::quiet;
+use crate::gpu::{gpu, quiet, quiet_on};
+use crate::matrix::gpu_shaped;
 use boxwood::abi::{Hit, Ray};
 use boxwood::bvh::{Bvh, Recipe, SceneBuffers, build};
 use boxwood::device::{Device, Timing};
 use boxwood::oracle::rays as twin;
 use boxwood::scene::{self, Camera, Progress, Scene};
-use boxwood::trace::rays::{Secondary, View, pixel_order, primary, secondary};
+use boxwood::trace::rays::{Light, Secondary, View, pixel_order, primary, secondary};
 use boxwood::trace::{Batch, Options, Query, trace};
 use glam::{DVec3, Vec3};
 use std::sync::Arc;
@@ -173,6 +174,87 @@ fn secondary_rays_follow_the_cosine() {
     // Azimuths: no side is favoured.
     let mean: DVec3 = rays.iter().enumerate().map(|(i, r)| wide(r.direction) - normals[i / 32] / 1.5).sum();
     assert!(mean.length() / (rays.len() as f64) < 0.01, "{mean}");
+}
+
+/// Lights around `scene`: a small one, one within it, one far off, a large one.
+fn lights(scene: &Scene) -> [Light; 4] {
+    let [mut within, mut far, small, mut large] = Light::above(&scene.bounds());
+    within.position = [0.1, 0.0, -0.1];
+    far.position = far.position.map(|x| x * 1e4);
+    large.radius = 0.7;
+    [Light { radius: 1e-3, ..small }, within, far, large]
+}
+
+#[test]
+fn shadow_rays_are_their_twins() {
+    for device in [gpu, gpu_shaped] {
+        let device = quiet_on(device);
+        let stage = Stage::new(&device, generated("city:2k"));
+        let primaries = stage.look(&device, &View { camera: stage.scene.view(), width: 61, height: 45 });
+        let rays = primaries.rays.read_first(primaries.count).unwrap();
+        let hits = primaries.hits.read_first(primaries.count).unwrap();
+        let met = hits.iter().filter(|h| h.is_hit()).count();
+        let all = Secondary::shadow(lights(&stage.scene));
+        for kind in [all, Secondary { samples: 1, ..all }, Secondary { samples: 9, length: 0.5, ..all }] {
+            let most = met * kind.samples as usize;
+            let (_, truth) = twin::secondary(&stage.scene, &rays, &hits, &kind, 0, usize::MAX);
+            assert!(truth.len() > most / 9 && truth.len() < most, "{} of {most}", truth.len());
+            for capacity in [most + 5, most, 700] {
+                let made = stage.spawn(&device, &primaries, &kind, capacity);
+                assert_eq!(bits(&made), bits(&truth), "{kind:?}, capacity {capacity}");
+            }
+        }
+        let mut out = Batch::new(&device, 402, false).unwrap();
+        let (taken, _) =
+            secondary(&device, &stage.buffers, &primaries, &all, 700, &mut out, Timing::Off).unwrap();
+        let (truth, made) = twin::secondary(&stage.scene, &rays, &hits, &all, 700, 402);
+        assert_eq!((taken, out.count), (truth, made.len()), "a batch stops where the twin's stops");
+    }
+}
+
+#[test]
+fn shadow_rays_reach_their_lights() {
+    let device = quiet();
+    let stage = Stage::new(&device, octahedron(Vec3::ZERO, Vec3::ONE));
+    let primaries = stage.look(&device, &View { camera: stage.scene.view(), width: 60, height: 45 });
+    for radius in [0.0, 0.25] {
+        let lights = Light::above(&stage.scene.bounds()).map(|l| Light { radius, ..l });
+        let kind = Secondary { samples: 64, ..Secondary::shadow(lights) };
+        let rays = stage.spawn(&device, &primaries, &kind, 1 << 20);
+        assert!(rays.len() > 1000, "{}", rays.len());
+        let mut met = [0; 4];
+        for ray in &rays {
+            assert_eq!((ray.t_min, ray.t_max), (0.0, 1.0));
+            let end = Vec3::from(ray.origin) + Vec3::from(ray.direction);
+            let off = lights.map(|l| (end.distance(Vec3::from(l.position)) - radius).abs());
+            let light = (0..4).find(|i| off[*i] < 1e-5);
+            met[light.unwrap_or_else(|| panic!("{ray:?} ends {off:?} off the lights"))] += 1;
+        }
+        assert!(met.iter().filter(|n| **n > 0).count() >= 3, "one may see the back only: {met:?}");
+        // A convex body shades no side that faces the light.
+        let shaded = stage.hits(&device, &rays).iter().filter(|h| h.is_hit()).count();
+        assert_eq!(shaded, 0, "of {}, radius {radius}", rays.len());
+    }
+}
+
+#[test]
+fn no_shadow_rays_to_lights_behind() {
+    let device = quiet();
+    let stage = Stage::new(&device, octahedron(Vec3::ZERO, Vec3::ONE));
+    let view = View { camera: stage.scene.view(), width: 60, height: 45 };
+    let primaries = stage.look(&device, &view);
+    let away: [f32; 3] = std::array::from_fn(|k| -20.0 * view.camera.eye[k]);
+    let kind = Secondary::shadow([Light { position: away, radius: 0.0 }; 4]);
+    let mut out = Batch::new(&device, 4 * view.pixels(), false).unwrap();
+    let (taken, _) = secondary(&device, &stage.buffers, &primaries, &kind, 0, &mut out, Timing::Off).unwrap();
+    let rays = primaries.rays.read().unwrap();
+    let hits = primaries.hits.read().unwrap();
+    let met = hits.iter().filter(|h| h.is_hit()).count();
+    assert_eq!(taken, view.pixels());
+    // Sides at a slant may be seen by both.
+    assert!(out.count < met, "{} rays from {met} hits", out.count);
+    let (_, truth) = twin::secondary(&stage.scene, &rays, &hits, &kind, 0, usize::MAX);
+    assert_eq!(bits(&out.rays.read_first(out.count).unwrap()), bits(&truth));
 }
 
 #[test]

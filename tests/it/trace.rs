@@ -13,10 +13,15 @@ use boxwood::oracle::morton::Space;
 use boxwood::oracle::reference::Reference;
 use boxwood::oracle::trace::Tree;
 use boxwood::scene::Scene;
-use boxwood::trace::{Batch, Options, Precision, Query, Walk, trace};
+use boxwood::trace::{Batch, Options, Precision, Query, RayOrder, Walk, trace};
 use std::sync::Arc;
 
-const CLOSEST: Options = Options { query: Query::Closest, precision: Precision::Robust, walk: Walk::Single };
+const CLOSEST: Options = Options {
+    query: Query::Closest,
+    precision: Precision::Robust,
+    walk: Walk::Single,
+    order: RayOrder::AsGiven,
+};
 const ANY: Options = Options { query: Query::Any, ..CLOSEST };
 const REFILL: Options = Options { walk: Walk::Refill, ..CLOSEST };
 
