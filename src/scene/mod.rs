@@ -14,6 +14,7 @@ mod tri;
 pub use camera::Camera;
 pub use error::SceneError;
 pub use open::{Name, Options, names, open};
+pub use procedural::Generator;
 pub use progress::Progress;
 
 use crate::abi::Aabb;

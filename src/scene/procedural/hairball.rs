@@ -16,7 +16,7 @@ const RADIUS: f64 = 0.0035;
 const SEED: u32 = 0x4A12;
 
 /// About `n` triangles, to the nearest segment of 8: whole strands, and a shorter last one.
-pub(in crate::scene) fn generate(name: &str, n: u64, progress: Progress) -> Result<Scene, SceneError> {
+pub(super) fn generate(name: &str, n: u64, progress: Progress) -> Result<Scene, SceneError> {
     let side_triangles = 2 * SIDES;
     let segments = ((n as usize + side_triangles / 2) / side_triangles).max(1);
     let strands = segments.div_ceil(SEGMENTS);

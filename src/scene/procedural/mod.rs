@@ -1,12 +1,96 @@
 //! Generated scenes: the same bits on every machine and thread count. Integer hashes, + − × ÷ and square roots only
 //! (IEEE 754 rounds those alike everywhere; sine and its kin differ between libraries).
 
-pub(super) mod city;
-pub(super) mod hairball;
+mod city;
+mod hairball;
 mod noise;
-pub(super) mod sphere;
+mod sphere;
 
-use super::SceneError;
+use super::{Progress, Scene, SceneError};
+
+/// A scene made at any size. All sizes have one character: more objects, not finer ones.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Generator {
+    /// Tangled strands.
+    Hairball,
+    /// Voxel city on the axes.
+    City,
+    /// Voxel city turned about all axes.
+    CityRotated,
+    /// Displaced closed sphere.
+    Sphere,
+}
+
+/// What is said of a generator.
+struct About {
+    /// As typed, `:N` for the count.
+    spec: &'static str,
+    what: &'static str,
+    full_size: u64,
+}
+
+impl Generator {
+    /// All of them, in the order of listings.
+    pub const ALL: &[Self] = &[Self::Hairball, Self::City, Self::CityRotated, Self::Sphere];
+
+    const fn about(self) -> About {
+        match self {
+            Self::Hairball => About {
+                spec: "hairball:N",
+                what: "tangled strands: long thin triangles, much overlap",
+                full_size: 2_880_000,
+            },
+            Self::City => About {
+                spec: "city:N",
+                what: "voxel city on the axes: equal centroids and costs",
+                full_size: 6_820_096,
+            },
+            Self::CityRotated => About {
+                spec: "city-rotated:N",
+                what: "the same city turned by 45° about each axis",
+                full_size: 6_820_096,
+            },
+            Self::Sphere => About {
+                spec: "sphere:N",
+                what: "displaced closed sphere: small even triangles",
+                full_size: 868_332,
+            },
+        }
+    }
+
+    /// What a scene of it is called, `:N` standing for the count: `hairball:N`.
+    pub const fn spec(self) -> &'static str {
+        self.about().spec
+    }
+
+    /// Its name, without a count: `hairball`.
+    pub fn name(self) -> &'static str {
+        self.spec().trim_end_matches(":N")
+    }
+
+    /// What it makes, in one line.
+    pub const fn what(self) -> &'static str {
+        self.about().what
+    }
+
+    /// Triangles of the known scene that it stands in for, or nearly.
+    pub const fn full_size(self) -> u64 {
+        self.about().full_size
+    }
+
+    /// About `count` triangles (1 to 2^30), named `spec`.
+    ///
+    /// # Errors
+    /// [`SceneError::TooLarge`] where the memory does not suffice.
+    pub fn generate(self, spec: &str, count: u64, progress: Progress) -> Result<Scene, SceneError> {
+        match self {
+            Self::Hairball => hairball::generate(spec, count, progress),
+            Self::City => city::generate(spec, count, city::Pose::Upright, progress),
+            Self::CityRotated => city::generate(spec, count, city::Pose::Rotated, progress),
+            Self::Sphere => sphere::generate(spec, count, progress),
+        }
+    }
+}
 
 /// `n` default values, or an error where there is no memory for them.
 fn zeros<T: Clone + Default>(name: &str, n: usize) -> Result<Vec<T>, SceneError> {
@@ -23,8 +107,8 @@ fn zeros<T: Clone + Default>(name: &str, n: usize) -> Result<Vec<T>, SceneError>
 mod tests {
     use sha2::{Digest, Sha256};
 
+    use super::Generator::*;
     use super::*;
-    use crate::scene::{Progress, Scene};
 
     fn digest(scene: &Scene) -> String {
         let mut sha = Sha256::new();
@@ -33,61 +117,51 @@ mod tests {
         sha.finalize().iter().take(8).map(|b| format!("{b:02x}")).collect()
     }
 
-    /// Name, asked for, got, first half of the SHA-256 of positions and triangles. A change here changes every result.
-    const PINNED: &[(&str, u64, usize, &str)] = &[
-        ("hairball", 1, 8, "3668b7dea4e1f8f3"),
-        ("hairball", 10_000, 10_000, "6024021b244324ec"),
-        ("city", 1, 228, "aed162b6ec233e48"),
-        ("city", 10_000, 9_844, "03e9fd58619b9807"),
-        ("city", 200_000, 201_260, "5a5155c6867c4f7c"),
-        ("city-rotated", 10_000, 9_844, "5165ea0e8beb6534"),
-        ("sphere", 1, 12, "342265177f7cae9b"),
-        ("sphere", 10_000, 10_092, "1c6d9f52d44a69ee"),
+    /// Asked for, got, first half of the SHA-256 of positions and triangles. A change here changes every result.
+    const PINNED: &[(Generator, u64, usize, &str)] = &[
+        (Hairball, 1, 8, "3668b7dea4e1f8f3"),
+        (Hairball, 10_000, 10_000, "6024021b244324ec"),
+        (City, 1, 228, "aed162b6ec233e48"),
+        (City, 10_000, 9_844, "03e9fd58619b9807"),
+        (City, 200_000, 201_260, "5a5155c6867c4f7c"),
+        (CityRotated, 10_000, 9_844, "5165ea0e8beb6534"),
+        (Sphere, 1, 12, "342265177f7cae9b"),
+        (Sphere, 10_000, 10_092, "1c6d9f52d44a69ee"),
     ];
 
-    fn generate(name: &str, n: u64) -> Scene {
-        let p = Progress::Quiet;
-        match name {
-            "hairball" => hairball::generate(name, n, p),
-            "city" => city::generate(name, n, city::Pose::Upright, p),
-            "city-rotated" => city::generate(name, n, city::Pose::Rotated, p),
-            _ => sphere::generate(name, n, p),
-        }
-        .unwrap()
+    fn generate(g: Generator, n: u64) -> Scene {
+        g.generate(g.name(), n, Progress::Quiet).unwrap()
     }
 
     #[test]
     fn pinned() {
         let got: Vec<_> = PINNED
             .iter()
-            .map(|&(name, n, _, _)| {
-                let s = generate(name, n);
-                assert!(s.positions.iter().flatten().all(|x| x.is_finite()), "{name}:{n}");
-                assert!(
-                    s.triangles.iter().flatten().all(|&v| (v as usize) < s.positions.len()),
-                    "{name}:{n}"
-                );
+            .map(|&(g, n, _, _)| {
+                let s = generate(g, n);
+                assert!(s.positions.iter().flatten().all(|x| x.is_finite()), "{g:?}:{n}");
+                assert!(s.triangles.iter().flatten().all(|&v| (v as usize) < s.positions.len()), "{g:?}:{n}");
                 assert!(!s.views.is_empty());
-                (name, n, s.triangles.len(), digest(&s))
+                (g, n, s.triangles.len(), digest(&s))
             })
             .collect();
-        let want: Vec<_> = PINNED.iter().map(|&(name, n, t, d)| (name, n, t, d.to_owned())).collect();
+        let want: Vec<_> = PINNED.iter().map(|&(g, n, t, d)| (g, n, t, d.to_owned())).collect();
         assert_eq!(got, want);
     }
 
     #[test]
     fn one_thread_gives_the_same_bits() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-        for name in ["hairball", "city", "city-rotated", "sphere"] {
-            let (many, one) = (generate(name, 30_000), pool.install(|| generate(name, 30_000)));
-            assert_eq!(digest(&many), digest(&one), "{name}");
+        for &g in Generator::ALL {
+            let (many, one) = (generate(g, 30_000), pool.install(|| generate(g, 30_000)));
+            assert_eq!(digest(&many), digest(&one), "{g:?}");
         }
     }
 
     #[test]
     fn sphere_is_closed() {
         for n in [1, 48, 108, 5000] {
-            let s = generate("sphere", n);
+            let s = generate(Generator::Sphere, n);
             let mut edges = std::collections::HashSet::new();
             for t in &s.triangles {
                 for k in 0..3 {
@@ -109,10 +183,10 @@ mod tests {
 
     #[test]
     fn counts_are_near() {
-        for name in ["hairball", "city", "sphere"] {
+        for &g in Generator::ALL {
             for n in [50_000, 100_000, 300_000] {
-                let got = generate(name, n).triangles.len() as f64;
-                assert!((got / n as f64 - 1.0).abs() < 0.02, "{name}:{n} gave {got}");
+                let got = generate(g, n).triangles.len() as f64;
+                assert!((got / n as f64 - 1.0).abs() < 0.02, "{g:?}:{n} gave {got}");
             }
         }
     }
