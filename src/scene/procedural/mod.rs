@@ -1,10 +1,19 @@
 //! Generated scenes: the same bits on every machine and thread count. Integer hashes, + − × ÷ and square roots only
 //! (IEEE 754 rounds those alike everywhere; sine and its kin differ between libraries).
 
+mod assembly;
 mod city;
+mod conference;
+mod crown;
+mod dragon_like;
 mod hairball;
 mod noise;
+mod power_plant;
+mod shapes;
+mod soup;
 mod sphere;
+mod tree;
+mod trig;
 
 use super::{Progress, Scene, SceneError};
 
@@ -19,6 +28,18 @@ pub enum Generator {
     CityRotated,
     /// Displaced closed sphere.
     Sphere,
+    /// A tree on wide ground.
+    Tree,
+    /// The insides of a power plant.
+    PowerPlant,
+    /// A conference room, furnished.
+    Conference,
+    /// A jewelled crown.
+    Crown,
+    /// A knotted body as a scanner gives it.
+    DragonLike,
+    /// Triangles at random.
+    Soup,
 }
 
 /// What is said of a generator.
@@ -31,7 +52,18 @@ struct About {
 
 impl Generator {
     /// All of them, in the order of listings.
-    pub const ALL: &[Self] = &[Self::Hairball, Self::City, Self::CityRotated, Self::Sphere];
+    pub const ALL: &[Self] = &[
+        Self::Hairball,
+        Self::City,
+        Self::CityRotated,
+        Self::Sphere,
+        Self::Tree,
+        Self::PowerPlant,
+        Self::Conference,
+        Self::Crown,
+        Self::DragonLike,
+        Self::Soup,
+    ];
 
     const fn about(self) -> About {
         match self {
@@ -55,6 +87,34 @@ impl Generator {
                 what: "displaced closed sphere: small even triangles",
                 full_size: 868_332,
             },
+            Self::Tree => About {
+                spec: "tree:N",
+                what: "tree or forest on wide ground: tubes and loose leaves, most space empty",
+                full_size: tree::FULL,
+            },
+            Self::PowerPlant => About {
+                spec: "power-plant:N",
+                what: "pipes, tubes and beams, uncut along their length; clusters of tiny parts",
+                full_size: power_plant::FULL,
+            },
+            Self::Conference => About {
+                spec: "conference:N",
+                what: "furnished rooms from inside: huge walls, 1 mm slats, flush books",
+                full_size: conference::FULL,
+            },
+            Self::Crown => About {
+                spec: "crown:N",
+                what: "crowns: bands, scrolls and turned gems sunk in them, empty middle",
+                full_size: crown::FULL,
+            },
+            Self::DragonLike => About {
+                spec: "dragon-like:N",
+                what: "knotted scanned body, closed: small irregular triangles",
+                full_size: dragon_like::FULL,
+            },
+            Self::Soup => {
+                About { spec: "soup:N", what: "small triangles at random in a cube", full_size: 1_000_000 }
+            }
         }
     }
 
@@ -88,6 +148,12 @@ impl Generator {
             Self::City => city::generate(spec, count, city::Pose::Upright, progress),
             Self::CityRotated => city::generate(spec, count, city::Pose::Rotated, progress),
             Self::Sphere => sphere::generate(spec, count, progress),
+            Self::Tree => tree::generate(spec, count, progress),
+            Self::PowerPlant => power_plant::generate(spec, count, progress),
+            Self::Conference => conference::generate(spec, count, progress),
+            Self::Crown => crown::generate(spec, count, progress),
+            Self::DragonLike => dragon_like::generate(spec, count, progress),
+            Self::Soup => soup::generate(spec, count, progress),
         }
     }
 }
@@ -104,90 +170,4 @@ fn zeros<T: Clone + Default>(name: &str, n: usize) -> Result<Vec<T>, SceneError>
 }
 
 #[cfg(test)]
-mod tests {
-    use sha2::{Digest, Sha256};
-
-    use super::Generator::*;
-    use super::*;
-
-    fn digest(scene: &Scene) -> String {
-        let mut sha = Sha256::new();
-        sha.update(bytemuck::cast_slice(&scene.positions));
-        sha.update(bytemuck::cast_slice(&scene.triangles));
-        sha.finalize().iter().take(8).map(|b| format!("{b:02x}")).collect()
-    }
-
-    /// Asked for, got, first half of the SHA-256 of positions and triangles. A change here changes every result.
-    const PINNED: &[(Generator, u64, usize, &str)] = &[
-        (Hairball, 1, 8, "3668b7dea4e1f8f3"),
-        (Hairball, 10_000, 10_000, "6024021b244324ec"),
-        (City, 1, 228, "aed162b6ec233e48"),
-        (City, 10_000, 9_844, "03e9fd58619b9807"),
-        (City, 200_000, 201_260, "5a5155c6867c4f7c"),
-        (CityRotated, 10_000, 9_844, "5165ea0e8beb6534"),
-        (Sphere, 1, 12, "342265177f7cae9b"),
-        (Sphere, 10_000, 10_092, "1c6d9f52d44a69ee"),
-    ];
-
-    fn generate(g: Generator, n: u64) -> Scene {
-        g.generate(g.name(), n, Progress::Quiet).unwrap()
-    }
-
-    #[test]
-    fn pinned() {
-        let got: Vec<_> = PINNED
-            .iter()
-            .map(|&(g, n, _, _)| {
-                let s = generate(g, n);
-                assert!(s.positions.iter().flatten().all(|x| x.is_finite()), "{g:?}:{n}");
-                assert!(s.triangles.iter().flatten().all(|&v| (v as usize) < s.positions.len()), "{g:?}:{n}");
-                assert!(!s.views.is_empty());
-                (g, n, s.triangles.len(), digest(&s))
-            })
-            .collect();
-        let want: Vec<_> = PINNED.iter().map(|&(g, n, t, d)| (g, n, t, d.to_owned())).collect();
-        assert_eq!(got, want);
-    }
-
-    #[test]
-    fn one_thread_gives_the_same_bits() {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-        for &g in Generator::ALL {
-            let (many, one) = (generate(g, 30_000), pool.install(|| generate(g, 30_000)));
-            assert_eq!(digest(&many), digest(&one), "{g:?}");
-        }
-    }
-
-    #[test]
-    fn sphere_is_closed() {
-        for n in [1, 48, 108, 5000] {
-            let s = generate(Generator::Sphere, n);
-            let mut edges = std::collections::HashSet::new();
-            for t in &s.triangles {
-                for k in 0..3 {
-                    assert!(edges.insert((t[k], t[(k + 1) % 3])), "edge of {t:?} twice");
-                }
-            }
-            assert!(edges.iter().all(|&(a, b)| edges.contains(&(b, a))));
-            assert_eq!(s.positions.len() + s.triangles.len(), edges.len() / 2 + 2, "Euler");
-            // Outward: the signed volume is positive.
-            let volume: f32 = (0..s.triangles.len())
-                .map(|i| {
-                    let [a, b, c] = s.corners(i).map(glam::Vec3::from);
-                    a.dot(b.cross(c))
-                })
-                .sum();
-            assert!(volume > 0.0);
-        }
-    }
-
-    #[test]
-    fn counts_are_near() {
-        for &g in Generator::ALL {
-            for n in [50_000, 100_000, 300_000] {
-                let got = generate(g, n).triangles.len() as f64;
-                assert!((got / n as f64 - 1.0).abs() < 0.02, "{g:?}:{n} gave {got}");
-            }
-        }
-    }
-}
+mod tests;
