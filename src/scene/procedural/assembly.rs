@@ -71,11 +71,14 @@ impl Pen<'_> {
     }
 }
 
+/// Draws the object of a number.
+type Draw = dyn Fn(u32, &mut Pen) + Send + Sync;
+
 /// Objects of one size, numbered from 0.
 pub(super) struct Run {
     pub(super) objects: u64,
     pub(super) size: Size,
-    pub(super) draw: Box<dyn Fn(u32, &mut Pen) + Send + Sync>,
+    pub(super) draw: Box<Draw>,
 }
 
 impl Run {

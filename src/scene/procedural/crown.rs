@@ -29,7 +29,7 @@ const SEED: u32 = 0xC40A;
 /// About `count` triangles, to the nearest 24: gems and beads in proportion, scrolls for the rest, the last one cut
 /// short. A crown that is not whole has all of its bands, of coarser cells.
 pub(super) fn generate(name: &str, count: u64, progress: Progress) -> Result<Scene, SceneError> {
-    let camera = Camera { eye: [0.9, 1.35, 1.9], target: [0.0, 0.25, 0.1], up: [0.0, 1.0, 0.0], fov_y: 50.0 };
+    let camera = Camera { eye: [1.1, 1.7, 2.4], target: [0.0, 0.3, 0.1], up: [0.0, 1.0, 0.0], fov_y: 50.0 };
     assemble(name, &runs(count), camera, progress)
 }
 

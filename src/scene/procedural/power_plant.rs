@@ -56,7 +56,7 @@ struct Part {
 /// About `count` triangles, to the nearest beam of 44: every kind in proportion, in as many halls as it fills.
 pub(super) fn generate(name: &str, count: u64, progress: Progress) -> Result<Scene, SceneError> {
     let size = hall(count).size();
-    let [eye, target] = [DVec3::new(-0.22, 1.1, 1.8), DVec3::new(0.46, 0.4, 0.5)].map(|p| p * size);
+    let [eye, target] = [DVec3::new(-0.3, 1.5, 2.5), DVec3::new(0.47, 0.42, 0.5)].map(|p| p * size);
     let [eye, target] = [eye, target].map(|p| p.as_vec3().to_array());
     let camera = Camera { eye, target, up: [0.0, 1.0, 0.0], fov_y: 45.0 };
     assemble(name, &runs(count), camera, progress)

@@ -192,6 +192,9 @@ fn line(key: u32, l: usize, root: DVec3, direction: DVec3, length: f64) -> Vec<D
         points.push(p);
         d += unit_vector(key, k as u32, SEED + 2) * 0.1;
         d.y += 0.05 - 0.04 * l as f64;
+        if l > 0 {
+            d.y += 0.6 * (1.4 - p.y).max(0.0); // and keeps off the ground
+        }
         d = d.normalize();
     }
     points
