@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec3};
 
-use super::{ROOM, SEED};
+use super::{Place, ROOM, SEED};
 use crate::scene::procedural::assembly::{Pen, Size};
 use crate::scene::procedural::noise::u01;
 use crate::scene::procedural::shapes::{CUBOID, cuboid, cushion, cushion_size, lathe, tube, tube_size};
@@ -22,8 +22,9 @@ pub(super) const CHAIR: Size = {
     }
 };
 
-/// Chair `i`: two of three in two rows along the tables, facing them; every third by a wall, turned at random.
-pub(super) fn chair(pen: &mut Pen, i: u32) {
+/// A chair: two of three in two rows along the tables, facing them; every third by a wall, turned at random.
+pub(super) fn chair(pen: &mut Pen, place: &Place) {
+    let i = place.number;
     let side = |odd: u32| if odd.is_multiple_of(2) { 1.0 } else { -1.0 };
     let (turns, place) = if i % 3 < 2 {
         let s = side(i % 3);
@@ -74,8 +75,9 @@ fn curve(points: usize) -> impl Iterator<Item = (f64, f64, f64)> {
 /// A box and eight louvres.
 pub(super) const LAMP: Size = Size { vertices: 9 * CUBOID.vertices, triangles: 9 * CUBOID.triangles };
 
-/// Ceiling lamp `i`, of ten by four.
-pub(super) fn lamp(pen: &mut Pen, i: u32) {
+/// A ceiling lamp, of ten by four.
+pub(super) fn lamp(pen: &mut Pen, place: &Place) {
+    let i = place.number;
     let (column, row) = (f64::from(i * 3 % 10), f64::from(i / 10));
     let middle = DVec3::new(-6.25 + column / 0.72, ROOM.y - 0.06, -3.3 + 2.2 * row);
     let box_half = DVec3::new(0.3, 0.03, 0.14);
@@ -101,8 +103,9 @@ const SHADE: [(f64, f64); 9] = [
 /// A shade and its stem.
 pub(super) const LAMPSHADE: Size = tube_size(SHADE.len(), 32);
 
-/// Lampshade `i`, of twenty by four that hang over the room.
-pub(super) fn lampshade(pen: &mut Pen, i: u32) {
+/// A lampshade, of twenty by four that hang over the room.
+pub(super) fn lampshade(pen: &mut Pen, place: &Place) {
+    let i = place.number;
     let (column, row) = (f64::from(i * 7 % 20), f64::from(i / 20));
     let place = DVec3::new(-6.65 + 0.7 * column, ROOM.y - 0.6, -2.7 + 1.8 * row);
     pen.within(DAffine3::from_translation(place), |pen| lathe(pen, &SHADE, 32));

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec3};
 
-use super::SEED;
+use super::{Place, SEED};
 use crate::scene::procedural::assembly::{Pen, Size};
 use crate::scene::procedural::noise::u01;
 use crate::scene::procedural::shapes::{CUBOID, cuboid, cylinder, cylinder_size, lathe, tube_size};
@@ -16,10 +16,14 @@ pub(super) const TABLE: Size = {
     Size { vertices: CUBOID.vertices + 4 * leg.vertices, triangles: CUBOID.triangles + 4 * leg.triangles }
 };
 
-/// Table `i`, of two rows of six.
-pub(super) fn table(pen: &mut Pen, i: u32) {
-    let (column, row) = (f64::from(i % 6), f64::from(i / 6));
-    let middle = DVec3::new(-5.0 + 2.0 * column, 0.0, -0.5 + row);
+/// The middle of table `i`'s place on the floor: two rows of six, filled from the middle of the room.
+fn middle(i: u32) -> DVec3 {
+    let (column, row) = ([2, 3, 1, 4, 0, 5][(i / 2 % 6) as usize], i % 2 + i / 12 * 2);
+    DVec3::new(-5.0 + 2.0 * f64::from(column), 0.0, -0.5 + f64::from(row))
+}
+
+pub(super) fn table(pen: &mut Pen, place: &Place) {
+    let middle = middle(place.number);
     pen.within(DAffine3::from_translation(middle), |pen| {
         cuboid(pen, DVec3::new(-0.99, TOP - 0.03, -0.49), DVec3::new(0.99, TOP, 0.49));
         for (x, z) in [(-0.9, -0.4), (0.9, -0.4), (-0.9, 0.4), (0.9, 0.4)] {
@@ -65,11 +69,16 @@ const MICROPHONE: [(f64, f64); 13] = [
 /// A [`DRINKING`] glass or a [`MICROPHONE`], 24 sides.
 pub(super) const GLASS: Size = tube_size(DRINKING.len(), 24);
 
-/// Glass `i`, or every third a microphone, in two rows, flush with the tables; few are spread over all of them.
-pub(super) fn glass(pen: &mut Pen, i: u32) {
-    let (row, place) = (f64::from(i % 2), f64::from(i / 2 * 17 % 45));
-    let jitter = |k: u32| 0.08 * (u01(i, k, SEED + 9) - 0.5);
-    let place = DVec3::new(-5.8 + 0.263 * place + jitter(0), TOP, -0.62 + 1.24 * row + jitter(1));
-    let profile = if i.is_multiple_of(3) { &MICROPHONE } else { &DRINKING };
-    pen.within(DAffine3::from_translation(place), |pen| lathe(pen, profile, 24));
+/// A glass, or for every third a microphone, flush with its table; seven or eight on each. Where there is no table
+/// yet, they stand on the floor.
+pub(super) fn glass(pen: &mut Pen, place: &Place) {
+    let tables = place.tables.max(1);
+    let (table, nth) = (place.number % tables, place.number / tables);
+    let jitter = |k: u32| 0.1 * (u01(place.number, k, SEED + 9) - 0.5);
+    let (column, row) = (f64::from(nth / 2), f64::from(nth % 2));
+    let aside = DVec3::new(-0.76 + 0.38 * column + jitter(0), 0.0, -0.24 + 0.48 * row + jitter(1));
+    let height = if place.tables > 0 { TOP } else { 0.0 };
+    let foot = middle(table) + aside + DVec3::Y * height;
+    let profile = if place.number.is_multiple_of(3) { &MICROPHONE } else { &DRINKING };
+    pen.within(DAffine3::from_translation(foot), |pen| lathe(pen, profile, 24));
 }
