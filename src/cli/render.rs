@@ -19,8 +19,8 @@ use std::fs;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// What surfaces send back of the light that they get.
-const ALBEDO: f32 = 0.8;
+/// What surfaces of no colour send back of the light that they get.
+const ALBEDO: Vec3 = Vec3::splat(0.8);
 /// The sky straight above, at the horizon, and what lies below it; linear light.
 const ZENITH: Vec3 = Vec3::new(0.55, 0.72, 1.0);
 const HORIZON: Vec3 = Vec3::new(0.95, 0.97, 1.0);
@@ -177,12 +177,12 @@ impl<'a> Studio<'a> {
                 // The share of open rays is the pixel's value as it stands, not light: the eye tells more shades apart.
                 let shares =
                     self.gathered(&Secondary { samples: args.samples, length, ..ao }, |_| Vec3::ONE)?;
-                self.over_background(&shares, |open| Vec3::powf(open, 2.2))
+                self.over_background(&shares, |open, _| Vec3::powf(open, 2.2))
             }
             Mode::Diffuse => {
                 let kind = Secondary { samples: args.samples, ..Secondary::diffuse() };
                 let means = self.gathered(&kind, |d| self.sky(d) * EXPOSURE)?;
-                self.over_background(&means, |light| light * ALBEDO)
+                self.over_background(&means, |light, hit| light * self.albedo(hit))
             }
             Mode::Heat => return self.heat(),
         };
@@ -230,15 +230,22 @@ impl<'a> Studio<'a> {
             let normal = (b - a).cross(c - a).normalize_or_zero().as_vec3();
             let normal = if normal.dot(Vec3::from(ray.direction)) > 0.0 { -normal } else { normal };
             let open = 0.5 + 0.5 * normal.dot(self.up);
-            (GROUND.lerp(ZENITH * 0.7, open) * 0.45 + LAMP * normal.dot(lamp).max(0.0)) * ALBEDO
+            (GROUND.lerp(ZENITH * 0.7, open) * 0.45 + LAMP * normal.dot(lamp).max(0.0)) * self.albedo(hit)
         };
         self.rays.iter().zip(&self.hits).map(of_ray).collect()
     }
 
+    /// The base colour of what was hit, as albedo.
+    fn albedo(&self, hit: &Hit) -> Vec3 {
+        self.scene.materials.color(hit.triangle as usize).map_or(ALBEDO, Vec3::from)
+    }
+
     /// Means of secondary rays as light; the background where a primary met nothing.
-    fn over_background(&self, means: &[Option<Vec3>], light: impl Fn(Vec3) -> Vec3) -> Vec<Vec3> {
-        let of_ray = |(ray, mean): (&Ray, &Option<Vec3>)| mean.map_or_else(|| self.background(ray), &light);
-        self.rays.iter().zip(means).map(of_ray).collect()
+    fn over_background(&self, means: &[Option<Vec3>], light: impl Fn(Vec3, &Hit) -> Vec3) -> Vec<Vec3> {
+        let of_ray = |((ray, hit), mean): ((&Ray, &Hit), &Option<Vec3>)| {
+            mean.map_or_else(|| self.background(ray), |mean| light(mean, hit))
+        };
+        self.rays.iter().zip(&self.hits).zip(means).map(of_ray).collect()
     }
 
     /// The mean of what secondary rays bring that meet nothing; none where a primary met no surface.

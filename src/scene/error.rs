@@ -3,11 +3,13 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use super::open::FILES;
+
 /// Why a scene could not be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
     /// Neither a known name nor a path with a known extension.
-    #[error("no scene is called {spec:?}; give a .obj, .ply or .tri file, or one of: {known}")]
+    #[error("no scene is called {spec:?}; give {FILES}, or one of: {known}")]
     UnknownName {
         /// As typed.
         spec: String,

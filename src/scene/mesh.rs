@@ -1,4 +1,4 @@
-//! What the three readers share: a file in memory, faces that become triangles, the last checks.
+//! What the readers share: a file in memory, faces that become triangles, the last checks.
 
 use std::fmt;
 use std::fs::File;

@@ -3,17 +3,22 @@
 mod camera;
 mod error;
 mod fetch;
+mod gltf;
 mod mesh;
+mod mtl;
 mod obj;
 mod open;
+mod packed;
 mod ply;
 mod procedural;
 mod progress;
+mod siblings;
+mod stl;
 mod tri;
 
 pub use camera::Camera;
 pub use error::SceneError;
-pub use open::{Name, Options, names, open};
+pub use open::{FILES, Name, Options, names, open};
 pub use procedural::Generator;
 pub use progress::Progress;
 
@@ -44,14 +49,17 @@ pub struct Scene {
 pub struct Materials {
     /// Base colours, linear light, 0 to 1.
     pub colors: Vec<[f32; 3]>,
-    /// Index of each triangle's colour in `colors`; empty: no triangle has a colour.
+    /// Index of each triangle's colour in `colors`, or [`Materials::NONE`]; empty: no triangle has a colour.
     pub of_triangles: Vec<u32>,
 }
 
 impl Materials {
+    /// Stands for a triangle without a colour.
+    pub const NONE: u32 = u32::MAX;
+
     /// The base colour of triangle `i`, where it has one.
     pub fn color(&self, i: usize) -> Option<[f32; 3]> {
-        self.of_triangles.get(i).map(|c| self.colors[*c as usize])
+        self.of_triangles.get(i).and_then(|c| self.colors.get(*c as usize)).copied()
     }
 }
 

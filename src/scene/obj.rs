@@ -1,4 +1,4 @@
-//! Wavefront OBJ, positions and faces only, by `tobj`. It is handed the statements `v` and `f` alone, for it takes a line
+//! Wavefront OBJ, positions and faces, by `tobj`; colours by [`super::mtl`]. It is handed the statements `v` and `f` alone, for it takes a line
 //! of three points for a face, knows neither `\` nor a comment behind a statement, and refuses a whole file for an odd
 //! colour, texture coordinate or name. It says no place: faults are looked up once it has failed.
 
@@ -6,6 +6,8 @@ use std::borrow::Cow;
 use std::path::Path;
 
 use super::mesh::{self, Place, Tally};
+use super::mtl::Paint;
+use super::siblings::Siblings;
 use super::{Progress, Scene, SceneError};
 
 /// Statements that say nothing about triangles.
@@ -17,8 +19,6 @@ const IGNORED: &[&str] = &[
     "o",
     "s",
     "mg",
-    "mtllib",
-    "usemtl",
     "maplib",
     "usemap",
     "cstype",
@@ -46,12 +46,19 @@ const IGNORED: &[&str] = &[
     "call",
     "csh",
 ];
+
 /// Reads an OBJ.
 ///
 /// # Errors
 /// A coordinate or index that is no number, an index out of range: with its line. No triangle.
-pub(super) fn parse(path: &Path, bytes: &[u8], progress: Progress) -> Result<Scene, SceneError> {
+pub(super) fn parse(
+    path: &Path,
+    bytes: &[u8],
+    siblings: Siblings<'_>,
+    progress: Progress,
+) -> Result<Scene, SceneError> {
     let mut plain = Plain::default();
+    let mut paint = Paint::default();
     let (mut wires, mut unknown, mut short) = (Tally::default(), Tally::default(), Tally::default());
     for (line, text) in (Statements { rest: bytes, line: 0 }) {
         let mut words = words(&text);
@@ -60,7 +67,12 @@ pub(super) fn parse(path: &Path, bytes: &[u8], progress: Progress) -> Result<Sce
             // No w and no colour: tobj would divide by w.
             Some(b"v") => plain.push(line, b"v", words.take(3)),
             Some(b"f" | b"fo") if words.clone().nth(2).is_none() => short.add(place(line)),
-            Some(b"f" | b"fo") => plain.push(line, b"f", words),
+            Some(b"f" | b"fo") => {
+                paint.face(words.clone().count() - 2);
+                plain.push(line, b"f", words);
+            }
+            Some(b"mtllib") => paint.library(line, operand(&text)),
+            Some(b"usemtl") => paint.choose(operand(&text)),
             Some(b"p" | b"l") => wires.add(place(line)),
             Some(word) if IGNORED.iter().any(|i| i.as_bytes() == word) => {}
             Some(_) => unknown.add(place(line)),
@@ -93,7 +105,16 @@ pub(super) fn parse(path: &Path, bytes: &[u8], progress: Progress) -> Result<Sce
     };
     let positions = mesh.positions.as_chunks().0.to_vec();
     let triangles = mesh.indices.as_chunks().0.to_vec();
-    mesh::scene(path, positions, triangles, warnings)
+    let (materials, missing) = paint.materials(siblings, progress);
+    let scene = mesh::scene(path, positions, triangles, warnings.into_iter().chain(missing).collect())?;
+    Ok(Scene { materials, ..scene })
+}
+
+/// What stands behind a statement's first word: one name, whatever is in it.
+fn operand(text: &[u8]) -> Vec<u8> {
+    let text = text.trim_ascii();
+    let end = text.iter().position(u8::is_ascii_whitespace).unwrap_or(text.len());
+    text[end..].trim_ascii().to_owned()
 }
 
 fn place(line: u64) -> Place {

@@ -5,7 +5,8 @@ use std::sync::LazyLock;
 
 use super::fetch::{self, FETCHED};
 use super::procedural::Generator;
-use super::{MAX_TRIANGLES, Progress, Scene, SceneError, mesh, obj, ply, tri};
+use super::siblings::Siblings;
+use super::{MAX_TRIANGLES, Progress, Scene, SceneError, gltf, mesh, obj, packed, ply, stl, tri};
 
 /// How scenes are opened.
 #[derive(Debug, Clone, Default)]
@@ -54,7 +55,10 @@ pub fn names() -> &'static [Name] {
     &NAMES
 }
 
-/// Opens a `.obj`, `.ply` or `.tri` file, or a scene by name: see [`names`].
+/// The files that [`open`] reads, in words.
+pub const FILES: &str = "a .glb, .gltf, .obj, .ply, .stl or .tri file, plain or packed as .gz or .zst";
+
+/// Opens a mesh file, see [`FILES`], or a scene by name: see [`names`].
 ///
 /// # Errors
 /// [`SceneError`]: names the file and the place in it, or what was tried to fetch a scene.
@@ -69,7 +73,7 @@ pub fn open(spec: &str, options: &Options) -> Result<Scene, SceneError> {
     match FETCHED.iter().find(|f| f.name == spec) {
         Some(fetched) => {
             let (path, bytes) = fetch::get(fetched, options)?;
-            let scene = parse(&path, &bytes, options.progress)?;
+            let scene = parse(&path, &bytes, Siblings::None, options.progress)?;
             Ok(Scene { name: spec.to_owned(), views: fetched.camera.into_iter().collect(), ..scene })
         }
         None => file(spec, options.progress),
@@ -100,39 +104,47 @@ fn file(spec: &str, progress: Progress) -> Result<Scene, SceneError> {
         if path.is_dir() {
             mesh::read(path, progress)?; // says that it is a directory
         }
-        let known = NAMES.iter().map(|n| n.spec).collect::<Vec<_>>().join(", ");
-        return Err(SceneError::UnknownName { spec: spec.to_owned(), known });
+        return Err(unknown(spec));
     }
-    parse(path, &mesh::read(path, progress)?, progress)
+    parse(path, &mesh::read(path, progress)?, Siblings::Of(path), progress)
 }
 
 #[derive(Clone, Copy)]
 enum Format {
+    Gltf,
     Obj,
     Ply,
+    Stl,
     Tri,
 }
 
 fn format(path: &Path) -> Option<Format> {
-    match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
+    match packed::inside(path).extension()?.to_str()?.to_ascii_lowercase().as_str() {
+        "glb" | "gltf" => Some(Format::Gltf),
         "obj" => Some(Format::Obj),
         "ply" => Some(Format::Ply),
+        "stl" => Some(Format::Stl),
         "tri" => Some(Format::Tri),
         _ => None,
     }
 }
 
-/// Reads the mesh file `path`, whose contents are `bytes`.
-fn parse(path: &Path, bytes: &[u8], progress: Progress) -> Result<Scene, SceneError> {
-    match format(path) {
-        Some(Format::Obj) => obj::parse(path, bytes, progress),
-        Some(Format::Ply) => ply::parse(path, bytes, progress),
-        Some(Format::Tri) => tri::parse(path, bytes),
-        None => Err(SceneError::UnknownName {
-            spec: path.display().to_string(),
-            known: NAMES.iter().map(|n| n.spec).collect::<Vec<_>>().join(", "),
-        }),
+/// Reads the mesh file `path`, whose contents are `bytes`, packed or not.
+fn parse(path: &Path, bytes: &[u8], siblings: Siblings<'_>, progress: Progress) -> Result<Scene, SceneError> {
+    let Some(format) = format(path) else { return Err(unknown(&path.display().to_string())) };
+    let bytes = &packed::unpack(path, bytes, progress)?;
+    match format {
+        Format::Gltf => gltf::parse(path, bytes, siblings, progress),
+        Format::Obj => obj::parse(path, bytes, siblings, progress),
+        Format::Ply => ply::parse(path, bytes, progress),
+        Format::Stl => stl::parse(path, bytes, progress),
+        Format::Tri => tri::parse(path, bytes),
     }
+}
+
+fn unknown(spec: &str) -> SceneError {
+    let known = NAMES.iter().map(|n| n.spec).collect::<Vec<_>>().join(", ");
+    SceneError::UnknownName { spec: spec.to_owned(), known }
 }
 
 #[cfg(test)]

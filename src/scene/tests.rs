@@ -3,7 +3,16 @@
 use std::fs;
 use std::path::PathBuf;
 
+use super::siblings::Siblings;
 use super::{Options, Progress, Scene, SceneError, open};
+
+mod gltf;
+mod mtl;
+mod packed;
+mod soup;
+mod stl;
+
+const QUIET: Options = Options { progress: Progress::Quiet, cache: None };
 
 const CUBE_CORNERS: [[f32; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.5, 0.0], [0.0, 1.0, -2.0]];
 
@@ -12,7 +21,7 @@ fn read(extension: &str, bytes: &[u8]) -> Result<Scene, SceneError> {
     let folder = tempfile::tempdir().unwrap();
     let path: PathBuf = folder.path().join(format!("mesh.{extension}"));
     fs::write(&path, bytes).unwrap();
-    open(path.to_str().unwrap(), &Options { progress: Progress::Quiet, cache: None })
+    open(path.to_str().unwrap(), &QUIET)
 }
 
 #[track_caller]
@@ -71,6 +80,20 @@ fn tri() -> Vec<u8> {
     [0, 1, 2, 0, 2, 3].iter().flat_map(|&v: &usize| CUBE_CORNERS[v]).flat_map(f32::to_le_bytes).collect()
 }
 
+/// A sound file of each format, with its extension.
+fn samples() -> Vec<(&'static str, Vec<u8>)> {
+    let mut files: Vec<(&str, Vec<u8>)> = PLY_FORMATS.iter().map(|f| ("ply", ply(f))).collect();
+    files.push(("obj", OBJ.as_bytes().to_vec()));
+    files.push(("tri", tri()));
+    let soup = [[0, 1, 2], [0, 2, 3]].map(|t| t.map(|v: usize| CUBE_CORNERS[v]));
+    files.push(("stl", stl::binary(b"", &soup)));
+    files.push(("stl", stl::ascii("square", &soup).into_bytes()));
+    let (doc, bin) = gltf::plain(soup.as_flattened());
+    files.push(("gltf", gltf::embedded(&doc, &bin)));
+    files.push(("glb", gltf::glb(&doc, &bin)));
+    files
+}
+
 #[test]
 fn ply_both_ways_and_ascii() {
     for format in PLY_FORMATS {
@@ -89,7 +112,7 @@ fn obj_as_people_write_it() {
     assert_eq!(s.positions, CUBE_CORNERS);
     assert_eq!(s.triangles, [[0, 1, 2], [0, 2, 3], [0, 1, 2]]);
     let warned: Vec<_> = s.warnings.iter().map(|w| (w.count, w.first.as_str())).collect();
-    assert_eq!(warned, [(1, "line 15"), (1, "line 14")], "{:?}", s.warnings);
+    assert_eq!(warned, [(1, "line 15"), (1, "line 14"), (1, "line 2")], "{:?}", s.warnings);
 }
 
 #[test]
@@ -220,10 +243,9 @@ fn bad_ply_is_refused_with_its_place() {
 
 #[test]
 fn what_is_no_mesh_is_refused() {
-    let quiet = Options { progress: Progress::Quiet, cache: None };
-    let error = |spec: &str| open(spec, &quiet).unwrap_err().to_string();
+    let error = |spec: &str| open(spec, &QUIET).unwrap_err().to_string();
     assert!(error("missing.obj").contains("missing.obj"));
-    assert!(error("mesh.stl").contains("hairball:N"));
+    assert!(error("mesh.xyz").contains("hairball:N"));
     assert!(error("").contains("sponza"));
     assert!(error("sphere:0").contains("sphere:100000"));
     assert!(error("city:2000M").contains("2^30"));
@@ -238,14 +260,14 @@ fn what_is_no_mesh_is_refused() {
 /// Every cut and many flipped bits: an answer of either kind, never a panic, never a scene with a wild index.
 #[test]
 fn damage_never_panics() {
-    let mut files: Vec<(&str, Vec<u8>)> = PLY_FORMATS.iter().map(|f| ("ply", ply(f))).collect();
-    files.push(("obj", OBJ.as_bytes().to_vec()));
-    files.push(("tri", tri()));
+    let files = samples();
     let path = std::path::Path::new("mesh");
     let sane = |extension: &str, bytes: &[u8]| {
         let read = match extension {
             "ply" => super::ply::parse(path, bytes, Progress::Quiet),
-            "obj" => super::obj::parse(path, bytes, Progress::Quiet),
+            "obj" => super::obj::parse(path, bytes, Siblings::None, Progress::Quiet),
+            "stl" => super::stl::parse(path, bytes, Progress::Quiet),
+            "gltf" | "glb" => super::gltf::parse(path, bytes, Siblings::None, Progress::Quiet),
             _ => super::tri::parse(path, bytes),
         };
         if let Ok(s) = read {

@@ -179,3 +179,38 @@ fn bench_writes_its_tables() {
     let csv = fs::read_to_string(folder.path("r/bench.csv")).unwrap();
     assert_eq!(csv.lines().count(), 4, "{csv}");
 }
+
+/// Red, green and blue of each pixel.
+fn pixels(png: &[u8]) -> Vec<[u8; 3]> {
+    image::load_from_memory(png).unwrap().to_rgb8().pixels().map(|p| p.0).collect()
+}
+
+#[test]
+fn render_takes_base_colours_as_albedo() {
+    let folder = Folder::new();
+    let floor = |paint: &str| {
+        format!("{paint}v -2 0 -2\nv 2 0 -2\nv 2 0 2\nv -2 0 2\nv 0 1 0\nf 4 3 2 1\nf 1 2 5\nf 3 4 5\n")
+    };
+    fs::write(folder.path("plain.obj"), floor("")).unwrap();
+    fs::write(folder.path("grey.obj"), floor("mtllib a.mtl\nusemtl grey\n")).unwrap();
+    fs::write(folder.path("red.obj"), floor("mtllib a.mtl\nusemtl red\n")).unwrap();
+    fs::write(folder.path("a.mtl"), "newmtl grey\nKd 0.8 0.8 0.8\nnewmtl red\nKd 0.8 0 0\n").unwrap();
+    for mode in ["primary", "diffuse", "ao"] {
+        let picture = |scene: &str| {
+            let size = ["--width", "48", "--height", "36", "--samples", "4"];
+            let out = folder.run(&[&["render", scene, "--out", "a.png", "--mode", mode][..], &size].concat());
+            assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+            fs::read(folder.path("a.png")).unwrap()
+        };
+        let (plain, grey, red) = (picture("plain.obj"), picture("grey.obj"), picture("red.obj"));
+        assert!(plain == grey, "{mode}: what has no colour is not 0.8 grey");
+        if mode == "ao" {
+            assert!(plain == red, "occlusion has a colour");
+            continue;
+        }
+        let painted =
+            pixels(&plain).into_iter().zip(pixels(&red)).filter(|(p, r)| p != r).collect::<Vec<_>>();
+        assert!(painted.len() > 200, "{mode}: {} pixels of {} are red", painted.len(), 48 * 36);
+        assert!(painted.iter().all(|(p, r)| *r == [p[0], 0, 0]), "{mode}");
+    }
+}
