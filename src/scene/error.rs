@@ -74,6 +74,18 @@ pub enum SceneError {
         /// A generated scene of about the same size.
         instead: &'static str,
     },
+    /// A rotation, scale or translation that can't be done.
+    #[error("{name} {transform}: {what}; {fix}")]
+    Transform {
+        /// The scene.
+        name: String,
+        /// What was asked for.
+        transform: String,
+        /// Why it can't be.
+        what: String,
+        /// What to do.
+        fix: &'static str,
+    },
     /// The cache directory can't be used.
     #[error("can't use the cache {}: {source}; set BOXWOOD_CACHE to a directory that can be written", path.display())]
     Cache {
@@ -95,6 +107,7 @@ impl SceneError {
             | Self::Invalid { .. }
             | Self::Empty { .. }
             | Self::TooLarge { .. }
+            | Self::Transform { .. }
             | Self::Cache { .. } => None,
         }
     }

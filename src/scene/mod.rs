@@ -14,13 +14,16 @@ mod procedural;
 mod progress;
 mod siblings;
 mod stl;
+mod transform;
 mod tri;
+pub mod write;
 
 pub use camera::Camera;
 pub use error::SceneError;
 pub use open::{FILES, Name, Options, names, open};
 pub use procedural::Generator;
 pub use progress::Progress;
+pub use transform::Transform;
 
 use crate::abi::Aabb;
 
@@ -38,7 +41,7 @@ pub struct Scene {
     pub triangles: Vec<[u32; 3]>,
     /// What was odd about the input and how often.
     pub warnings: Vec<Warning>,
-    /// The scene's own views, the first one first; none: views of its bounds.
+    /// Where from it is looked at, the best one first; none: views of its bounds.
     pub views: Vec<Camera>,
     /// What its surfaces look like.
     pub materials: Materials,
@@ -83,6 +86,13 @@ impl Scene {
     /// The scene's own first view, or else a three-quarter view of its bounds.
     pub fn view(&self) -> Camera {
         self.views.first().copied().unwrap_or_else(|| Camera::default_for(&self.bounds()))
+    }
+
+    /// Five views: the scene's own, and views of its bounds where it has fewer.
+    pub fn views_or_default(&self) -> [Camera; 5] {
+        let mut five = Camera::five_for(&self.bounds());
+        five.iter_mut().zip(&self.views).for_each(|(default, own)| *default = *own);
+        five
     }
 
     /// Bounds of all finite triangles; empty (lo > hi) where there are none.

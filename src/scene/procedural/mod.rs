@@ -13,7 +13,7 @@ mod shapes;
 mod soup;
 mod sphere;
 mod tree;
-mod trig;
+pub(super) mod trig;
 
 use super::{Progress, Scene, SceneError};
 

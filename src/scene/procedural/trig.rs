@@ -7,7 +7,7 @@ use glam::{DMat3, DVec3};
 use super::noise::{u01, unit_vector};
 
 /// Sine and cosine of an angle in turns (1 is 360°), to about 1e-15. Exact at quarter turns.
-pub(super) fn sin_cos(turns: f64) -> (f64, f64) {
+pub(in crate::scene) fn sin_cos(turns: f64) -> (f64, f64) {
     let quarters = (turns * 4.0 + 0.5).floor();
     let x = (turns - quarters / 4.0) * TAU; // within π/4 of 0, where Taylor's series are short
     let s = x * x;
@@ -38,7 +38,7 @@ pub(super) fn circle(sides: usize) -> Vec<(f64, f64)> {
 }
 
 /// Turns about an axis, 0 for x.
-pub(super) fn about(axis: usize, turns: f64) -> DMat3 {
+pub(in crate::scene) fn about(axis: usize, turns: f64) -> DMat3 {
     let (sin, cos) = sin_cos(turns);
     let mut m = DMat3::IDENTITY;
     let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
