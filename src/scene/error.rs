@@ -68,11 +68,11 @@ pub enum SceneError {
     #[error("can't fetch {name}:\n{}\nuse a generated scene instead, such as {instead}", tried.iter().map(|t| format!("  {t}")).collect::<Vec<_>>().join("\n"))]
     Fetch {
         /// The scene's name.
-        name: &'static str,
+        name: String,
         /// Each command tried and what came of it.
         tried: Vec<String>,
         /// A generated scene of about the same size.
-        instead: &'static str,
+        instead: String,
     },
     /// A rotation, scale or translation that can't be done.
     #[error("{name} {transform}: {what}; {fix}")]
@@ -98,7 +98,7 @@ pub enum SceneError {
 
 impl SceneError {
     /// The name of a generated scene that can stand in, where a fetched one could not be had.
-    pub fn instead(&self) -> Option<&'static str> {
+    pub fn instead(&self) -> Option<&str> {
         match self {
             Self::Fetch { instead, .. } => Some(instead),
             Self::UnknownName { .. }

@@ -4,6 +4,7 @@ mod camera;
 mod error;
 mod fetch;
 mod gltf;
+mod manifest;
 mod mesh;
 mod mtl;
 mod obj;
@@ -14,13 +15,15 @@ mod procedural;
 mod progress;
 mod siblings;
 mod stl;
+mod terrain;
 mod transform;
 mod tri;
 pub mod write;
 
 pub use camera::Camera;
 pub use error::SceneError;
-pub use open::{FILES, Name, Options, names, open};
+pub use manifest::{Entry, Fetched, Manifest, Registry, Source, manifest, set};
+pub use open::{FILES, Options, fetch, is_cached, names, open};
 pub use procedural::Generator;
 pub use progress::Progress;
 pub use transform::Transform;
@@ -41,7 +44,7 @@ pub struct Scene {
     pub triangles: Vec<[u32; 3]>,
     /// What was odd about the input and how often.
     pub warnings: Vec<Warning>,
-    /// Where from it is looked at, the best one first; none: views of its bounds.
+    /// Where from it is looked at, the best one first. [`open`] gives five; none: views of its bounds.
     pub views: Vec<Camera>,
     /// What its surfaces look like.
     pub materials: Materials,
