@@ -137,7 +137,7 @@ impl<'a> Rays<'a> {
     /// Makes the primary rays of a view and finds what they hit: any tree tells the same.
     fn look(&mut self, stage: &Stage, view: usize) -> Result<()> {
         let [width, height] = self.plan.size;
-        let camera = stage.scene.views().get(view - 1).copied().unwrap_or_else(|| stage.scene.view());
+        let camera = stage.scene.views_or_default()[view - 1];
         primary(self.device, &View { camera, width, height }, &mut self.primaries, Timing::Off)?;
         let options = untried(self.device, &RaySet::Made(RayKind::Primary));
         trace(self.device, &stage.trees[0], &self.primaries, options, Timing::Off)?;

@@ -1,7 +1,7 @@
 //! `boxwood build`: builds a scene's tree and says what it took.
 
 use super::check::{self, Checks};
-use super::choices::{RecipeArgs, ReportArgs};
+use super::choices::{RecipeArgs, ReportArgs, SceneArgs};
 use super::files::{Output, emit};
 use super::{Global, explain};
 use crate::bench::{Builds, KernelTime, measure_builds};
@@ -15,8 +15,8 @@ use anyhow::Result;
 /// Build a scene's tree; print times, memory and quality as JSON.
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// A .obj, .ply or .tri file, or one of: dragon, sponza, hairball:N, city:N, city-rotated:N, sphere:N.
-    scene: String,
+    #[command(flatten)]
+    scene: SceneArgs,
     #[command(flatten)]
     recipe: RecipeArgs,
     #[command(flatten)]

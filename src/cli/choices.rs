@@ -1,6 +1,7 @@
 //! Arguments that several subcommands share, and what they mean to the library.
 
 use crate::bvh::{Builder, Collapse, Morton, Recipe};
+use crate::scene::Transform;
 use crate::trace::{Precision, RayOrder};
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
@@ -84,6 +85,60 @@ impl SortName {
             Self::Auto | Self::Off => &[RayOrder::AsGiven],
         }
     }
+}
+
+/// A scene, and what to do to it.
+#[derive(Debug, clap::Args)]
+pub(super) struct SceneArgs {
+    /// A mesh file or a name, such as dragon or hairball:500k: see `boxwood scenes list`.
+    #[arg(value_name = "SCENE")]
+    pub(super) spec: String,
+    #[command(flatten)]
+    pub(super) transform: TransformArgs,
+}
+
+/// What to do to scenes.
+#[derive(Debug, clap::Args)]
+pub(super) struct TransformArgs {
+    /// Turn scenes about x, then y, then z, degrees, about the origin of their coordinates; their views turn with them.
+    #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
+    rotate: Option<Triple>,
+    /// Scale scenes by S, after rotating; powers of two change no digit.
+    #[arg(long, value_name = "S", value_parser = scale, allow_hyphen_values = true)]
+    scale: Option<f64>,
+    /// Move scenes along x, y and z, scene units, after scaling.
+    #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
+    translate: Option<Triple>,
+}
+
+/// Three numbers, as clap keeps them: an array of its own would be three arguments.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Triple([f64; 3]);
+
+impl TransformArgs {
+    /// The same for the library.
+    pub(super) fn transform(&self) -> Transform {
+        let none = Transform::default();
+        Transform {
+            rotate: self.rotate.map_or(none.rotate, |t| t.0),
+            scale: self.scale.unwrap_or(none.scale),
+            translate: self.translate.map_or(none.translate, |t| t.0),
+        }
+    }
+}
+
+fn finite(text: &str) -> Option<f64> {
+    text.trim().parse().ok().filter(|x: &f64| x.is_finite())
+}
+
+fn triple(text: &str) -> Result<Triple, String> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(finite).collect();
+    let triple = numbers.and_then(|n| <[f64; 3]>::try_from(n).ok());
+    triple.map(Triple).ok_or_else(|| "write three numbers as X,Y,Z, such as 45,0,-30".to_owned())
+}
+
+fn scale(text: &str) -> Result<f64, String> {
+    finite(text).filter(|s| *s > 0.0).ok_or_else(|| "write a number above 0, such as 0.001".to_owned())
 }
 
 /// How to build.

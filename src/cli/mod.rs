@@ -13,10 +13,12 @@ mod files;
 mod image;
 mod query;
 mod render;
+mod scenes;
 
 use crate::device::{Device, Options};
 use crate::scene::{self, Progress, Scene};
 use anyhow::Result;
+use choices::SceneArgs;
 use clap::{ArgAction, Args, Parser, Subcommand};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -53,6 +55,7 @@ enum Command {
     Query(query::Args),
     Render(render::Args),
     Bench(bench::Args),
+    Scenes(scenes::Args),
 }
 
 /// Runs the command that the arguments name.
@@ -65,6 +68,7 @@ pub fn main() -> ExitCode {
         Command::Query(args) => query::run(&cli.global, args),
         Command::Render(args) => render::run(&cli.global, args),
         Command::Bench(args) => bench::run(&cli.global, args),
+        Command::Scenes(args) => scenes::run(&cli.global, args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -117,8 +121,8 @@ impl Global {
         scene::Options { progress: self.progress(), cache: None }
     }
 
-    fn open_scene(&self, spec: &str) -> Result<Scene> {
-        let scene = scene::open(spec, &self.scene_options())?;
+    fn open_scene(&self, args: &SceneArgs) -> Result<Scene> {
+        let scene = args.transform.transform().apply(scene::open(&args.spec, &self.scene_options())?)?;
         warn_of(&scene);
         Ok(scene)
     }

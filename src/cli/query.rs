@@ -2,7 +2,7 @@
 
 use super::build::BuildReport;
 use super::check::{self, Checks};
-use super::choices::{PrecisionName, RecipeArgs, ReportArgs, SortName};
+use super::choices::{PrecisionName, RecipeArgs, ReportArgs, SceneArgs, SortName};
 use super::files::{self, Output, emit};
 use super::{Global, explain};
 use crate::bench::{Counting, KernelTime, Protocol, Traced, choose_walk, measure_builds, trace_all};
@@ -20,8 +20,8 @@ use std::path::PathBuf;
 /// third).
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// A .obj, .ply or .tri file, or one of: dragon, sponza, hairball:N, city:N, city-rotated:N, sphere:N.
-    scene: String,
+    #[command(flatten)]
+    scene: SceneArgs,
     /// Ray file.
     #[arg(long, value_name = "FILE")]
     rays: PathBuf,

@@ -1,6 +1,6 @@
 //! `boxwood render`: pictures of a scene, and of what tracing it costs.
 
-use super::choices::{PrecisionName, RecipeArgs};
+use super::choices::{PrecisionName, RecipeArgs, SceneArgs};
 use super::files::Output;
 use super::image::{Picture, heat_map};
 use super::{Global, query};
@@ -64,14 +64,17 @@ impl Mode {
 /// Take pictures of a scene: shaded, ambient occlusion, diffuse light, or what each ray cost.
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// A .obj, .ply or .tri file, or one of: dragon, sponza, hairball:N, city:N, city-rotated:N, sphere:N.
-    scene: String,
+    #[command(flatten)]
+    scene: SceneArgs,
     /// A .png file, or a folder that gets primary.png, ao.png, diffuse.png, heat.png.
     #[arg(long, value_name = "PNG|DIR")]
     out: PathBuf,
     /// Which picture.
     #[arg(long, value_enum, default_value_t = Mode::Primary)]
     mode: Mode,
+    /// Which of the scene's five views.
+    #[arg(long, value_name = "1-5", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=5))]
+    view: u32,
     /// Pixels in a row.
     #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(1..=LARGEST))]
     width: u32,
@@ -115,7 +118,11 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     let scene = global.open_scene(&args.scene)?;
     let buffers = SceneBuffers::upload(&device, &scene)?;
     let bvh = build(&device, &buffers, &args.recipe.recipe(), Timing::Off)?.bvh;
-    let view = View { camera: scene.view(), width: args.width, height: args.height };
+    let view = View {
+        camera: scene.views_or_default()[args.view as usize - 1],
+        width: args.width,
+        height: args.height,
+    };
     let studio = Studio::new(global, device, &scene, buffers, bvh, view, args)?;
     for ((mode, output), path) in modes.into_iter().zip(outputs).zip(&paths) {
         studio.take(mode, args)?.save(output)?;

@@ -1,4 +1,4 @@
-//! Where a scene is looked at from. No trigonometry here: the default view is the same bits on every machine.
+//! Where a scene is looked at from. No trigonometry here: the default views are the same bits on every machine.
 
 use crate::abi::Aabb;
 
@@ -15,17 +15,29 @@ pub struct Camera {
     pub fov_y: f32,
 }
 
-/// Field of view of [`Camera::default_for`], degrees.
+/// Field of view of the default views, degrees.
 const FOV_Y: f32 = 45.0;
 /// sin of half of [`FOV_Y`].
 const SIN_HALF_FOV: f64 = 0.382_683_432_365_089_8;
-/// From the target to the eye, any length: right, above, in front.
-const THREE_QUARTER: [f64; 3] = [0.6, 0.45, 1.0];
+/// From the target to the eye, any length, right, above, in front: three-quarter views from the front, from the right
+/// behind and from the left behind, a low one from the left in front, and one from above.
+const AROUND: [[f64; 3]; 5] =
+    [[0.6, 0.45, 1.0], [1.0, 0.45, -0.6], [-0.6, 0.45, -1.0], [-1.0, 0.1, 0.6], [0.25, 1.4, 0.35]];
 
 impl Camera {
     /// A three-quarter view, y up, whose picture holds the bounding sphere of `bounds` in its height.
     /// Empty bounds and single points get the view of a unit box around them (or around the origin).
     pub fn default_for(bounds: &Aabb) -> Self {
+        Self::from_direction(bounds, AROUND[0])
+    }
+
+    /// Five views around `bounds`, the first one that of [`Camera::default_for`], all from its distance.
+    pub fn five_for(bounds: &Aabb) -> [Self; 5] {
+        AROUND.map(|direction| Self::from_direction(bounds, direction))
+    }
+
+    /// From the middle of `bounds` along `direction`, as far as the whole sphere is seen.
+    fn from_direction(bounds: &Aabb, direction: [f64; 3]) -> Self {
         let mut middle = [0.0f64; 3];
         let mut square = 0.0;
         if (0..3).all(|k| bounds.lo[k] <= bounds.hi[k]) {
@@ -36,11 +48,11 @@ impl Camera {
             }
         }
         let radius = if square > 0.0 { square.sqrt() } else { 0.75f64.sqrt() };
-        let length = THREE_QUARTER.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
         let distance = radius / SIN_HALF_FOV;
         // Bounds near the largest float would put the eye at infinity.
         let limit = f64::from(f32::MAX);
-        let at = |k: usize| (middle[k] + THREE_QUARTER[k] / length * distance).clamp(-limit, limit) as f32;
+        let at = |k: usize| (middle[k] + direction[k] / length * distance).clamp(-limit, limit) as f32;
         Self {
             eye: [at(0), at(1), at(2)],
             target: middle.map(|x| x as f32),
@@ -55,7 +67,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn default_view_is_finite_and_outside() {
+    fn default_views_are_finite_distinct_and_outside() {
         let boxes = [
             ([0.0; 3], [1.0, 2.0, 3.0]),
             ([5.0; 3], [5.0; 3]),
@@ -63,9 +75,14 @@ mod tests {
             ([-f32::MAX; 3], [f32::MAX; 3]),
         ];
         for (lo, hi) in boxes {
-            let c = Camera::default_for(&Aabb { lo, hi });
-            assert!(c.eye.iter().chain(&c.target).all(|x| x.is_finite()), "{c:?}");
-            assert!((0..3).any(|k| c.eye[k] > hi[k] || hi[k] == f32::MAX), "the eye is inside: {c:?}");
+            let views = Camera::five_for(&Aabb { lo, hi });
+            assert_eq!(views[0], Camera::default_for(&Aabb { lo, hi }));
+            for (i, c) in views.iter().enumerate() {
+                assert!(c.eye.iter().chain(&c.target).all(|x| x.is_finite()), "{c:?}");
+                let outside = (0..3).any(|k| c.eye[k] > hi[k] || c.eye[k] < lo[k] || hi[k] == f32::MAX);
+                assert!(outside, "the eye is inside: {c:?}");
+                assert!(hi[0] == f32::MAX || views[..i].iter().all(|v| v.eye != c.eye), "twice: {c:?}");
+            }
         }
     }
 }

@@ -68,11 +68,23 @@ pub enum SceneError {
     #[error("can't fetch {name}:\n{}\nuse a generated scene instead, such as {instead}", tried.iter().map(|t| format!("  {t}")).collect::<Vec<_>>().join("\n"))]
     Fetch {
         /// The scene's name.
-        name: &'static str,
+        name: String,
         /// Each command tried and what came of it.
         tried: Vec<String>,
         /// A generated scene of about the same size.
-        instead: &'static str,
+        instead: String,
+    },
+    /// A rotation, scale or translation that can't be done.
+    #[error("{name} {transform}: {what}; {fix}")]
+    Transform {
+        /// The scene.
+        name: String,
+        /// What was asked for.
+        transform: String,
+        /// Why it can't be.
+        what: String,
+        /// What to do.
+        fix: &'static str,
     },
     /// The cache directory can't be used.
     #[error("can't use the cache {}: {source}; set BOXWOOD_CACHE to a directory that can be written", path.display())]
@@ -86,7 +98,7 @@ pub enum SceneError {
 
 impl SceneError {
     /// The name of a generated scene that can stand in, where a fetched one could not be had.
-    pub fn instead(&self) -> Option<&'static str> {
+    pub fn instead(&self) -> Option<&str> {
         match self {
             Self::Fetch { instead, .. } => Some(instead),
             Self::UnknownName { .. }
@@ -95,6 +107,7 @@ impl SceneError {
             | Self::Invalid { .. }
             | Self::Empty { .. }
             | Self::TooLarge { .. }
+            | Self::Transform { .. }
             | Self::Cache { .. } => None,
         }
     }

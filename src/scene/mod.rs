@@ -4,6 +4,7 @@ mod camera;
 mod error;
 mod fetch;
 mod gltf;
+mod manifest;
 mod mesh;
 mod mtl;
 mod obj;
@@ -14,12 +15,18 @@ mod procedural;
 mod progress;
 mod siblings;
 mod stl;
+mod terrain;
+mod transform;
 mod tri;
+pub mod write;
 
 pub use camera::Camera;
 pub use error::SceneError;
-pub use open::{FILES, Name, Options, names, open};
+pub use manifest::{Entry, Fetched, Manifest, Registry, Source, manifest, set};
+pub use open::{FILES, Options, fetch, is_cached, names, open};
+pub use procedural::Generator;
 pub use progress::Progress;
+pub use transform::Transform;
 
 use crate::abi::Aabb;
 
@@ -37,7 +44,7 @@ pub struct Scene {
     pub triangles: Vec<[u32; 3]>,
     /// What was odd about the input and how often.
     pub warnings: Vec<Warning>,
-    /// The scene's own views, the first one first; none: views of its bounds.
+    /// Where from it is looked at, the best one first. [`open`] gives five; none: views of its bounds.
     pub views: Vec<Camera>,
     /// What its surfaces look like.
     pub materials: Materials,
@@ -85,9 +92,11 @@ impl Scene {
         self.views.first().copied().unwrap_or_else(|| Camera::default_for(&self.bounds()))
     }
 
-    /// The scene's own views, or else its one default view.
-    pub fn views(&self) -> Vec<Camera> {
-        if self.views.is_empty() { vec![self.view()] } else { self.views.clone() }
+    /// Five views: the scene's own, and views of its bounds where it has fewer.
+    pub fn views_or_default(&self) -> [Camera; 5] {
+        let mut five = Camera::five_for(&self.bounds());
+        five.iter_mut().zip(&self.views).for_each(|(default, own)| *default = *own);
+        five
     }
 
     /// Bounds of all finite triangles; empty (lo > hi) where there are none.

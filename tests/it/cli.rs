@@ -214,6 +214,64 @@ fn bad_input_is_named() {
     folder.fails(&["nonesuch"], 2, "nonesuch");
 }
 
+#[test]
+fn scenes_are_listed_with_their_credit() {
+    let folder = Folder::new();
+    let out = folder.run(&["scenes", "list", "--json"]);
+    let json: Value = serde_json::from_slice(&out.stdout).unwrap();
+    let scenes = json["scenes"].as_array().unwrap();
+    for scene in scenes {
+        for key in ["name", "spec", "kind", "what", "licence", "credit"] {
+            assert!(scene[key].as_str().is_some_and(|s| !s.is_empty()), "{key}: {scene}");
+        }
+        assert!(
+            scene["triangles"].as_u64().unwrap() > 0
+                && scene["cached"].is_boolean() == (scene["kind"] == "fetched")
+        );
+    }
+    assert_eq!(json["sets"]["dragons"].as_array().unwrap().len(), 4);
+    let table = String::from_utf8(folder.run(&["scenes", "list"]).stdout).unwrap();
+    assert!(scenes.iter().all(|s| table.contains(s["spec"].as_str().unwrap())), "{table}");
+    assert!(table.contains("dragons: "), "{table}");
+}
+
+#[test]
+fn scenes_are_written_transformed_and_read_again() {
+    let folder = Folder::new();
+    let transform = ["--rotate", "0,0,-90", "--scale", "2", "--translate", "-1,0,1e3"];
+    for name in ["moved.tri", "moved.ply"] {
+        let out = folder.run(&[&["scenes", "generate", "two.tri", "--out", name][..], &transform].concat());
+        assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    }
+    let words = |name: &str| fs::read(folder.path(name)).unwrap();
+    let moved: Vec<f32> =
+        words("moved.tri").chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
+    // (x, y, z) to (2y - 1, -2x, 2z + 1000).
+    assert_eq!(moved[..9], [-1.0, 0.0, 1000.0, -1.0, -8.0, 1000.0, 7.0, 0.0, 1000.0]);
+    assert!(moved[18..27].iter().all(|x| x.is_nan()));
+    let build = |args: &[&str]| -> Value {
+        let out = folder.run(&[&["build", "--runs", "1"], args].concat());
+        serde_json::from_slice(&out.stdout).unwrap()
+    };
+    let [there, here] = [build(&["moved.ply"]), build(&[&["two.tri"][..], &transform].concat())];
+    assert_eq!((&there["tree_hash"], &there["triangles"]), (&here["tree_hash"], &3.into()));
+    assert_eq!(here["scene"], "two.tri rotated 0,0,-90 scaled 2 translated -1,0,1000");
+}
+
+#[test]
+fn bad_scenes_and_transforms_are_named() {
+    let folder = Folder::new();
+    folder.fails(&["scenes", "generate", "two.tri", "--out", "a.obj"], 1, "ends in .ply or .tri");
+    folder.fails(&["scenes", "generate", "sphere:0", "--out", "a.ply"], 1, "sphere:100000");
+    folder.fails(&["scenes", "fetch", "nonesuch"], 1, "no scene is called \"nonesuch\"");
+    folder.fails(&["scenes", "fetch"], 2, "required");
+    folder.fails(&["build", "two.tri", "--scale", "1e38"], 1, "overflows");
+    folder.fails(&["build", "two.tri", "--scale", "-1"], 2, "above 0");
+    folder.fails(&["build", "two.tri", "--rotate", "1,2"], 2, "three numbers");
+    folder.fails(&["build", "two.tri", "--translate", "1,2,inf"], 2, "three numbers");
+    folder.fails(&["render", "two.tri", "--out", "a.png", "--view", "6"], 2, "6");
+}
+
 /// Red, green and blue of each pixel.
 fn pixels(png: &[u8]) -> Vec<[u8; 3]> {
     image::load_from_memory(png).unwrap().to_rgb8().pixels().map(|p| p.0).collect()

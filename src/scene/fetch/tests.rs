@@ -1,36 +1,43 @@
 use super::*;
+use crate::scene::Registry;
 
-/// A made-up scene whose package nobody has published.
-const NOWHERE: Fetched = Fetched {
-    name: "nowhere",
-    file: "nowhere.obj",
-    registry: Registry::Cargo,
-    package: "bvh",
-    version: "0.13.0",
-    member: "media/nowhere.obj",
-    packing: Packing::Plain,
-    bytes: 5,
-    // of "hello"
-    sha256: "2cf24dba5fb0a30e26e83b2ac5b9e29e1b161e5c1fa7425e73043362938b9824",
-    camera: None,
-    instead: "sphere:5",
-};
+/// A made-up mesh that nobody has published.
+fn nowhere(member: &str) -> Fetched {
+    Fetched {
+        registry: Registry::Cargo,
+        package: "bvh".to_owned(),
+        version: "0.13.0".to_owned(),
+        member: member.to_owned(),
+        bytes: 5,
+        // of "hello"
+        sha256: "2cf24dba5fb0a30e26e83b2ac5b9e29e1b161e5c1fa7425e73043362938b9824".to_owned(),
+        instead: "sphere:5".to_owned(),
+    }
+}
+
+fn wanted(mesh: &Fetched) -> Wanted<'_> {
+    Wanted { name: "nowhere", mesh }
+}
 
 #[test]
 fn a_sound_cached_file_is_taken_as_it_is() {
     let folder = tempfile::tempdir().unwrap();
     let options = Options { cache: Some(folder.path().to_owned()), ..quiet() };
-    fs::write(folder.path().join(NOWHERE.file), "hello").unwrap();
-    let (path, bytes) = get(&NOWHERE, &options).unwrap();
-    assert_eq!((path, bytes), (folder.path().join(NOWHERE.file), b"hello".to_vec()));
+    let mesh = nowhere("media/x.obj.gz");
+    assert!(!is_cached(wanted(&mesh), &options));
+    fs::write(folder.path().join("nowhere.obj"), "hello").unwrap();
+    let (path, bytes) = get(wanted(&mesh), &options).unwrap();
+    assert_eq!((path, bytes), (folder.path().join("nowhere.obj"), b"hello".to_vec()));
+    assert!(is_cached(wanted(&mesh), &options));
 }
 
 #[test]
 fn a_damaged_file_is_refused() {
-    assert!(check(&NOWHERE, b"hello").is_ok());
-    let sum = check(&NOWHERE, b"hellO").unwrap_err();
+    let mesh = nowhere("x.obj");
+    assert!(wanted(&mesh).check(b"hello").is_ok());
+    let sum = wanted(&mesh).check(b"hellO").unwrap_err();
     assert!(sum.contains("SHA-256"), "{sum}");
-    let size = check(&NOWHERE, b"hell").unwrap_err();
+    let size = wanted(&mesh).check(b"hell").unwrap_err();
     assert!(size.contains("4 bytes instead of 5"), "{size}");
 }
 
@@ -46,11 +53,16 @@ fn storing_replaces_and_leaves_nothing_beside() {
 }
 
 #[test]
-fn unpacking_stops_at_the_pinned_size() {
-    let endless = io::repeat(b'x');
-    assert_eq!(unpack(&NOWHERE, endless).unwrap().len() as u64, NOWHERE.bytes + 1);
-    let gzip = Fetched { packing: Packing::Gzip, ..NOWHERE };
-    assert!(unpack(&gzip, &b"not gzip"[..]).unwrap_err().contains("damaged"));
+fn members_are_unpacked_and_no_more_is_read_than_a_mesh_can_take() {
+    let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    encoder.write_all(b"hello").unwrap();
+    let gzip = nowhere("x.obj.gz");
+    assert_eq!(wanted(&gzip).unpack(&encoder.finish().unwrap()[..]).unwrap(), b"hello");
+    let error = wanted(&gzip).unpack(&b"hello"[..]).unwrap_err();
+    assert!(error.contains("x.obj.gz"), "{error}");
+    let plain = nowhere("x.obj");
+    assert_eq!(wanted(&plain).unpack(&b"hello"[..]).unwrap(), b"hello");
+    assert_eq!(wanted(&plain).unpack(io::repeat(b'x')).unwrap().len() as u64, plain.bytes + SLACK);
 }
 
 #[test]
@@ -58,9 +70,9 @@ fn a_cache_that_is_a_file_is_an_error_and_a_failed_fetch_names_a_stand_in() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("file");
     fs::write(&file, "").unwrap();
-    let error = get(&NOWHERE, &Options { cache: Some(file), ..quiet() }).unwrap_err();
+    let error = get(wanted(&nowhere("x.obj")), &Options { cache: Some(file), ..quiet() }).unwrap_err();
     assert!(error.to_string().contains("BOXWOOD_CACHE"), "{error}");
-    let error = SceneError::Fetch { name: "x", tried: vec!["npm: no".to_owned()], instead: "sphere:5" };
+    let error = wanted(&nowhere("x.obj")).failed(vec!["npm: no".to_owned()]);
     assert_eq!(error.instead(), Some("sphere:5"));
     assert!(error.to_string().contains("npm: no"), "{error}");
 }

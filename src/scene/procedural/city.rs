@@ -16,7 +16,7 @@ const DENSITY: f64 = 18.8;
 
 /// How the city stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::scene) enum Pose {
+pub(super) enum Pose {
     /// On the axes.
     Upright,
     /// Turned by Rz(45°) Ry(45°) Rx(45°).
@@ -40,12 +40,7 @@ impl Pose {
 }
 
 /// About `n` triangles, to the nearest row of cubes; the smallest city is one column.
-pub(in crate::scene) fn generate(
-    name: &str,
-    n: u64,
-    pose: Pose,
-    progress: Progress,
-) -> Result<Scene, SceneError> {
+pub(super) fn generate(name: &str, n: u64, pose: Pose, progress: Progress) -> Result<Scene, SceneError> {
     let mut width = ((n as f64 / DENSITY).sqrt() as usize).max(1);
     let (grid, depth) = loop {
         let grid = Grid::new(name, width, width + width / 2 + 2)?;

@@ -4,6 +4,7 @@
 use rayon::prelude::*;
 
 use super::noise::{curl, u01, unit_vector};
+use super::shapes::{transported, tube_sides};
 use super::zeros;
 use crate::scene::{Camera, Progress, Scene, SceneError};
 
@@ -16,7 +17,7 @@ const RADIUS: f64 = 0.0035;
 const SEED: u32 = 0x4A12;
 
 /// About `n` triangles, to the nearest segment of 8: whole strands, and a shorter last one.
-pub(in crate::scene) fn generate(name: &str, n: u64, progress: Progress) -> Result<Scene, SceneError> {
+pub(super) fn generate(name: &str, n: u64, progress: Progress) -> Result<Scene, SceneError> {
     let side_triangles = 2 * SIDES;
     let segments = ((n as usize + side_triangles / 2) / side_triangles).max(1);
     let strands = segments.div_ceil(SEGMENTS);
@@ -49,9 +50,7 @@ fn strand(i: u32, rings: &mut [[f32; 3]]) {
     let step = (2.2 + 0.8 * u01(i, 3, SEED)) / SEGMENTS as f64;
     let mut across = d.any_orthonormal_vector();
     for (k, ring) in rings.chunks_exact_mut(SIDES).enumerate() {
-        // The frame rolls as little as it can: the last vector less what of it lies along the strand.
-        let flat = across - d * across.dot(d);
-        across = if flat.length_squared() > 1e-12 { flat.normalize() } else { d.any_orthonormal_vector() };
+        across = transported(across, d);
         let up = d.cross(across);
         let r = RADIUS * (1.0 - 0.7 * k as f64 / SEGMENTS as f64);
         for (vertex, v) in ring.iter_mut().zip([across, up, -across, -up]) {
@@ -69,11 +68,8 @@ fn strand(i: u32, rings: &mut [[f32; 3]]) {
 
 /// The sides between rings that start at vertex `first`.
 fn tube(first: u32, triangles: &mut [[u32; 3]]) {
-    for (q, pair) in triangles.chunks_exact_mut(2).enumerate() {
-        let (ring, side) = (first + (q / SIDES * SIDES) as u32, q % SIDES);
-        let (a, b) = (ring + side as u32, ring + ((side + 1) % SIDES) as u32);
-        let (c, d) = (a + SIDES as u32, b + SIDES as u32);
-        pair[0] = [a, b, d];
-        pair[1] = [a, d, c];
+    for (pair, [a, b, c, d]) in triangles.chunks_exact_mut(2).zip(tube_sides(first, SIDES)) {
+        pair[0] = [a, b, c];
+        pair[1] = [a, c, d];
     }
 }

@@ -1,12 +1,162 @@
 //! Generated scenes: the same bits on every machine and thread count. Integer hashes, + − × ÷ and square roots only
 //! (IEEE 754 rounds those alike everywhere; sine and its kin differ between libraries).
 
-pub(super) mod city;
-pub(super) mod hairball;
+mod assembly;
+mod city;
+mod conference;
+mod crown;
+mod dragon_like;
+mod hairball;
 mod noise;
-pub(super) mod sphere;
+mod power_plant;
+mod shapes;
+mod soup;
+mod sphere;
+mod tree;
+pub(super) mod trig;
 
-use super::SceneError;
+use super::{Progress, Scene, SceneError};
+
+/// A scene made at any size. All sizes have one character: more objects, not finer ones.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Generator {
+    /// Tangled strands.
+    Hairball,
+    /// Voxel city on the axes.
+    City,
+    /// Voxel city turned about all axes.
+    CityRotated,
+    /// Displaced closed sphere.
+    Sphere,
+    /// A tree on wide ground.
+    Tree,
+    /// The insides of a power plant.
+    PowerPlant,
+    /// A conference room, furnished.
+    Conference,
+    /// A jewelled crown.
+    Crown,
+    /// A knotted body as a scanner gives it.
+    DragonLike,
+    /// Triangles at random.
+    Soup,
+}
+
+/// What is said of a generator.
+struct About {
+    /// As typed, `:N` for the count.
+    spec: &'static str,
+    what: &'static str,
+    full_size: u64,
+}
+
+impl Generator {
+    /// All of them, in the order of listings.
+    pub const ALL: &[Self] = &[
+        Self::Hairball,
+        Self::City,
+        Self::CityRotated,
+        Self::Sphere,
+        Self::Tree,
+        Self::PowerPlant,
+        Self::Conference,
+        Self::Crown,
+        Self::DragonLike,
+        Self::Soup,
+    ];
+
+    const fn about(self) -> About {
+        match self {
+            Self::Hairball => About {
+                spec: "hairball:N",
+                what: "tangled strands: long thin triangles, much overlap",
+                full_size: 2_880_000,
+            },
+            Self::City => About {
+                spec: "city:N",
+                what: "voxel city on the axes: equal centroids and costs",
+                full_size: 6_820_096,
+            },
+            Self::CityRotated => About {
+                spec: "city-rotated:N",
+                what: "the same city turned by 45° about each axis",
+                full_size: 6_820_096,
+            },
+            Self::Sphere => About {
+                spec: "sphere:N",
+                what: "displaced closed sphere: small even triangles",
+                full_size: 868_332,
+            },
+            Self::Tree => About {
+                spec: "tree:N",
+                what: "tree or forest on wide ground: tubes and loose leaves, most space empty",
+                full_size: tree::FULL,
+            },
+            Self::PowerPlant => About {
+                spec: "power-plant:N",
+                what: "pipes, tubes and beams, uncut along their length; clusters of tiny parts",
+                full_size: power_plant::FULL,
+            },
+            Self::Conference => About {
+                spec: "conference:N",
+                what: "furnished rooms from inside: huge walls, 1 mm slats, flush books",
+                full_size: conference::FULL,
+            },
+            Self::Crown => About {
+                spec: "crown:N",
+                what: "crowns: bands, scrolls and turned gems sunk in them, empty middle",
+                full_size: crown::FULL,
+            },
+            Self::DragonLike => About {
+                spec: "dragon-like:N",
+                what: "knotted scanned body, closed: small irregular triangles",
+                full_size: dragon_like::FULL,
+            },
+            Self::Soup => {
+                About { spec: "soup:N", what: "small triangles at random in a cube", full_size: 1_000_000 }
+            }
+        }
+    }
+
+    /// What a scene of it is called, `:N` standing for the count: `hairball:N`.
+    pub const fn spec(self) -> &'static str {
+        self.about().spec
+    }
+
+    /// Its name, without a count: `hairball`.
+    pub fn name(self) -> &'static str {
+        self.spec().trim_end_matches(":N")
+    }
+
+    /// What it makes, in one line.
+    pub const fn what(self) -> &'static str {
+        self.about().what
+    }
+
+    /// Triangles of the known scene that it stands in for, or nearly.
+    pub const fn full_size(self) -> u64 {
+        self.about().full_size
+    }
+
+    /// About `count` triangles (1 to 2^30), named `spec`.
+    ///
+    /// # Errors
+    /// [`SceneError::TooLarge`] where the memory does not suffice.
+    pub fn generate(self, spec: &str, count: u64, progress: Progress) -> Result<Scene, SceneError> {
+        match self {
+            Self::Hairball => hairball::generate(spec, count, progress),
+            Self::City => city::generate(spec, count, city::Pose::Upright, progress),
+            Self::CityRotated => city::generate(spec, count, city::Pose::Rotated, progress),
+            Self::Sphere => sphere::generate(spec, count, progress),
+            Self::Tree => tree::generate(spec, count, progress),
+            Self::PowerPlant => power_plant::generate(spec, count, progress),
+            Self::Conference => conference::generate(spec, count, progress),
+            Self::Crown => crown::generate(spec, count, progress),
+            Self::DragonLike => dragon_like::generate(spec, count, progress),
+            Self::Soup => soup::generate(spec, count, progress),
+        }
+    }
+}
 
 /// `n` default values, or an error where there is no memory for them.
 fn zeros<T: Clone + Default>(name: &str, n: usize) -> Result<Vec<T>, SceneError> {
@@ -20,100 +170,4 @@ fn zeros<T: Clone + Default>(name: &str, n: usize) -> Result<Vec<T>, SceneError>
 }
 
 #[cfg(test)]
-mod tests {
-    use sha2::{Digest, Sha256};
-
-    use super::*;
-    use crate::scene::{Progress, Scene};
-
-    fn digest(scene: &Scene) -> String {
-        let mut sha = Sha256::new();
-        sha.update(bytemuck::cast_slice(&scene.positions));
-        sha.update(bytemuck::cast_slice(&scene.triangles));
-        sha.finalize().iter().take(8).map(|b| format!("{b:02x}")).collect()
-    }
-
-    /// Name, asked for, got, first half of the SHA-256 of positions and triangles. A change here changes every result.
-    const PINNED: &[(&str, u64, usize, &str)] = &[
-        ("hairball", 1, 8, "3668b7dea4e1f8f3"),
-        ("hairball", 10_000, 10_000, "6024021b244324ec"),
-        ("city", 1, 228, "aed162b6ec233e48"),
-        ("city", 10_000, 9_844, "03e9fd58619b9807"),
-        ("city", 200_000, 201_260, "5a5155c6867c4f7c"),
-        ("city-rotated", 10_000, 9_844, "5165ea0e8beb6534"),
-        ("sphere", 1, 12, "342265177f7cae9b"),
-        ("sphere", 10_000, 10_092, "1c6d9f52d44a69ee"),
-    ];
-
-    fn generate(name: &str, n: u64) -> Scene {
-        let p = Progress::Quiet;
-        match name {
-            "hairball" => hairball::generate(name, n, p),
-            "city" => city::generate(name, n, city::Pose::Upright, p),
-            "city-rotated" => city::generate(name, n, city::Pose::Rotated, p),
-            _ => sphere::generate(name, n, p),
-        }
-        .unwrap()
-    }
-
-    #[test]
-    fn pinned() {
-        let got: Vec<_> = PINNED
-            .iter()
-            .map(|&(name, n, _, _)| {
-                let s = generate(name, n);
-                assert!(s.positions.iter().flatten().all(|x| x.is_finite()), "{name}:{n}");
-                assert!(
-                    s.triangles.iter().flatten().all(|&v| (v as usize) < s.positions.len()),
-                    "{name}:{n}"
-                );
-                assert!(!s.views.is_empty());
-                (name, n, s.triangles.len(), digest(&s))
-            })
-            .collect();
-        let want: Vec<_> = PINNED.iter().map(|&(name, n, t, d)| (name, n, t, d.to_owned())).collect();
-        assert_eq!(got, want);
-    }
-
-    #[test]
-    fn one_thread_gives_the_same_bits() {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-        for name in ["hairball", "city", "city-rotated", "sphere"] {
-            let (many, one) = (generate(name, 30_000), pool.install(|| generate(name, 30_000)));
-            assert_eq!(digest(&many), digest(&one), "{name}");
-        }
-    }
-
-    #[test]
-    fn sphere_is_closed() {
-        for n in [1, 48, 108, 5000] {
-            let s = generate("sphere", n);
-            let mut edges = std::collections::HashSet::new();
-            for t in &s.triangles {
-                for k in 0..3 {
-                    assert!(edges.insert((t[k], t[(k + 1) % 3])), "edge of {t:?} twice");
-                }
-            }
-            assert!(edges.iter().all(|&(a, b)| edges.contains(&(b, a))));
-            assert_eq!(s.positions.len() + s.triangles.len(), edges.len() / 2 + 2, "Euler");
-            // Outward: the signed volume is positive.
-            let volume: f32 = (0..s.triangles.len())
-                .map(|i| {
-                    let [a, b, c] = s.corners(i).map(glam::Vec3::from);
-                    a.dot(b.cross(c))
-                })
-                .sum();
-            assert!(volume > 0.0);
-        }
-    }
-
-    #[test]
-    fn counts_are_near() {
-        for name in ["hairball", "city", "sphere"] {
-            for n in [50_000, 100_000, 300_000] {
-                let got = generate(name, n).triangles.len() as f64;
-                assert!((got / n as f64 - 1.0).abs() < 0.02, "{name}:{n} gave {got}");
-            }
-        }
-    }
-}
+mod tests;

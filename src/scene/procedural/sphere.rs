@@ -11,7 +11,7 @@ use crate::scene::{Camera, Progress, Scene, SceneError};
 const SEED: u32 = 0xD2A6;
 
 /// The 12 n² triangles nearest to `count`.
-pub(in crate::scene) fn generate(name: &str, count: u64, progress: Progress) -> Result<Scene, SceneError> {
+pub(super) fn generate(name: &str, count: u64, progress: Progress) -> Result<Scene, SceneError> {
     let lattice = Lattice { n: edge(count) };
     let n = lattice.n as usize;
     let mut positions = zeros::<[f32; 3]>(name, 6 * n * n + 2)?;
