@@ -2,6 +2,7 @@
 
 use crate::abi::{Aabb, Ray};
 use crate::bvh::Recipe;
+use crate::scene::Transform;
 use crate::trace::BATCH;
 use crate::trace::rays::{Light, Secondary};
 use std::fmt;
@@ -123,6 +124,8 @@ pub struct Contender {
 pub struct Plan {
     /// Scenes: files or names.
     pub scenes: Vec<String>,
+    /// What is done to each scene.
+    pub transform: Transform,
     /// How trees are built, each in turn.
     pub contenders: Vec<Contender>,
     /// Rays that each of them traces.
@@ -185,8 +188,9 @@ impl Plan {
             })
             .collect();
         format!(
-            "scenes {:?}; builders {:?}; rays {rays:?}; {} views of {:?} pixels; {} warm-ups, {} runs; {:?}; {} checked",
+            "scenes {:?}, {:?}; builders {:?}; rays {rays:?}; {} views of {:?} pixels; {} warm-ups, {} runs; {:?}; {} checked",
             self.scenes,
+            self.transform,
             self.contenders,
             self.views,
             self.size,

@@ -1,5 +1,6 @@
 //! `boxwood bench`: builders × scenes × ray sets, measured and checked.
 
+use super::choices::TransformArgs;
 use super::files::{self, Output};
 use super::{Global, warn_of};
 use crate::bench::{
@@ -21,8 +22,10 @@ use std::path::{Path, PathBuf};
 /// unsure ones those that it may. Every finished row is in rows.jsonl at once: --resume goes on from there.
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// Scenes: files or names, as for `boxwood build`. Default: the preset's.
+    /// Scenes: files, names, or set:NAME: see `boxwood scenes list`. Default: the preset's.
     scenes: Vec<String>,
+    #[command(flatten)]
+    transform: TransformArgs,
     /// What to measure; `--preset list` tells which there are.
     #[arg(long, value_name = "NAME", default_value = "default")]
     preset: String,
@@ -32,7 +35,7 @@ pub(super) struct Args {
     /// Builders: recipes of the presets' file.
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     builders: Vec<String>,
-    /// Rays: primary, ao, diffuse, file:PATH for nearest hits of a file's rays, any:PATH for whether they hit.
+    /// Rays: primary, ao, diffuse, shadow, file:PATH for nearest hits of a file's rays, any:PATH for whether they hit.
     #[arg(long, value_name = "SET", value_delimiter = ',')]
     rays: Vec<String>,
     /// Views of each scene: 1–5.
@@ -72,7 +75,8 @@ impl Args {
             Ok(Contender { name: name.clone(), recipe: presets.recipe(name)? })
         };
         Ok(Plan {
-            scenes: once_each(or(&self.scenes, scenes)),
+            scenes: once_each(each_of_sets(or(&self.scenes, scenes))?),
+            transform: self.transform.transform(),
             contenders: once_each(or(&self.builders, builders))
                 .iter()
                 .map(contender)
@@ -86,6 +90,24 @@ impl Args {
             check: if self.no_check { 0 } else { check },
         })
     }
+}
+
+/// Scenes, those of a set in its place.
+fn each_of_sets(specs: Vec<String>) -> Result<Vec<String>> {
+    let mut scenes = vec![];
+    for spec in specs {
+        match spec.strip_prefix("set:") {
+            None => scenes.push(spec),
+            Some(name) => match scene::set(name) {
+                Some(set) => scenes.extend_from_slice(set),
+                None => {
+                    let known: Vec<_> = scene::manifest().sets.keys().map(String::as_str).collect();
+                    bail!("no set is called {name:?}; there are {}", known.join(", "))
+                }
+            },
+        }
+    }
+    Ok(scenes)
 }
 
 /// What is named, the second naming of anything left out.
@@ -188,6 +210,7 @@ fn open_scene(global: &Global, args: &Args, spec: &str) -> std::result::Result<S
             scene::open(instead, &options)?
         }
     };
+    let scene = args.transform.transform().apply(scene)?;
     warn_of(&scene);
     Ok(scene)
 }

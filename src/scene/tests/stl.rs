@@ -50,7 +50,8 @@ pub(super) fn bits(soup: &[[[f32; 3]; 3]]) -> Vec<[[u32; 3]; 3]> {
 }
 
 fn soup(s: &Scene) -> Soup {
-    (0..s.triangles.len()).map(|i| s.corners(i)).collect()
+    // As they are kept: `Scene::corners` takes denormals for 0.
+    s.triangles.iter().map(|t| t.map(|v| s.positions[v as usize])).collect()
 }
 
 const TWO: [[[f32; 3]; 3]; 2] = [
