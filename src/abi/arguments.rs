@@ -358,7 +358,7 @@ abi! {
         rays: Ptr<Ray>,
         /// One, from `raysort/bounds`.
         bounds: Ptr<RayBounds>,
-        /// Codes of 32 bits, [`UNORDERED_KEY`] for a ray that has none.
+        /// Codes of 24 bits, [`UNORDERED_KEY`] for a ray that has none.
         keys: PtrMut<u32>,
         /// 0, 1, 2, …
         order: PtrMut<u32>,

@@ -28,8 +28,8 @@ constants! {
     TRIANGLE_WORDS = 10;
     /// Key of a triangle that can't be hit: sorts behind every Morton code.
     UNHITTABLE_KEY = 0x8000_0000;
-    /// Key of a ray that can't be ordered: none is greater.
-    UNORDERED_KEY = 0xffff_ffff;
+    /// Key of a ray that can't be ordered: none is greater, or has other bits.
+    UNORDERED_KEY = 0x00ff_ffff;
     /// Morton codes: ten bits an axis.
     CODE_30 = 0;
     /// 21 bits an axis.

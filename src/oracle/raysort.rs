@@ -28,17 +28,18 @@ pub fn bounds(rays: &[Ray]) -> Aabb {
     bounds
 }
 
-/// Cell of each coordinate of `p`, 0 to 1: six bits.
-fn cells(p: Vec3) -> [u32; 3] {
+/// Cell of each coordinate of `p`, 0 to 1, of `count` in each axis.
+fn cells(p: Vec3, count: u32) -> [u32; 3] {
     // A cast of a negative float is 0.
-    p.to_array().map(|x| ((x * 64.0) as u32).min(63))
+    p.to_array().map(|x| ((x * count as f32) as u32).min(count - 1))
 }
 
-/// Bit by bit from the highest, origin before direction: five of each and a sixth of the origin's x and y.
+/// Bit by bit from the highest: two levels of the origin's five, then the rest and the direction's three in turn.
 fn key_of(origin: [u32; 3], direction: [u32; 3]) -> u32 {
-    let six: Vec<u32> = origin.into_iter().chain(direction).collect();
-    let bits = (0..6).flat_map(|k| six.iter().map(move |q| q >> (5 - k) & 1));
-    bits.take(32).fold(0, |key, bit| key << 1 | bit)
+    let level = |q: [u32; 3], k: u32| q.map(|x| x >> k & 1);
+    let lead = [4, 3].into_iter().flat_map(|k| level(origin, k));
+    let rest = [2, 1, 0].into_iter().flat_map(|k| [level(origin, k), level(direction, k)].concat());
+    lead.chain(rest).fold(0, |key, bit| key << 1 | bit)
 }
 
 /// A key for each ray.
@@ -54,7 +55,7 @@ pub fn keys(rays: &[Ray]) -> Vec<u32> {
         let origin = (Vec3::from_array(ray.origin) * 0.5 - lo) * scale;
         let level = levelled(Vec3::from_array(ray.direction));
         let direction = level * reciprocal(level.abs().max_element()) * 0.5 + 0.5;
-        key_of(cells(origin), cells(direction))
+        key_of(cells(origin, 32), cells(direction, 8))
     };
     rays.iter().map(key).collect()
 }

@@ -1,7 +1,9 @@
 //! Rays in the order of their 6-D Morton keys, origin and direction, so that neighbours go much the same way \[AILA09\].
 //! The kernels that trace take rays in that order; nothing is moved, so hits stay where they were.
 
-use crate::abi::{Ptr, Ray, RayBounds, RaysortBoundsArgs, RaysortKeysArgs, SPEC_ITEMS, SPEC_WG};
+use crate::abi::{
+    Ptr, Ray, RayBounds, RaysortBoundsArgs, RaysortKeysArgs, SPEC_ITEMS, SPEC_WG, UNORDERED_KEY,
+};
 use crate::bvh::Radix;
 use crate::device::{Buffer, Device, Recorder, Result};
 use crate::kernels;
@@ -49,8 +51,8 @@ impl Raysort {
         let (keys, order) = (self.keys.ptr_mut(), self.order.ptr_mut());
         let args = RaysortKeysArgs { rays, bounds: self.bounds.ptr(), keys, order, count };
         rec.dispatch(&kernels::RAYSORT_KEYS, &constants, groups, args)?;
-        // All bits: to learn which of them differ takes a submit of its own.
-        self.radix.sort(rec, &mut self.keys, &mut self.order, count, u32::MAX)?;
+        // By all bits that keys have: to learn which of them differ takes a submit of its own.
+        self.radix.sort(rec, &mut self.keys, &mut self.order, count, UNORDERED_KEY)?;
         Ok(self.order.ptr())
     }
 

@@ -165,7 +165,7 @@ fn the_sort_is_on_the_bill() {
     let names: Vec<&str> = times.passes.iter().map(|p| p.name).collect();
     assert_eq!(names[..2], ["raysort/bounds", "raysort/keys"]);
     assert_eq!(names.last(), Some(&"trace/single"));
-    let digits = 32u32.div_ceil(device.shape().sort_digit_bits) as usize;
+    let digits = 24u32.div_ceil(device.shape().sort_digit_bits) as usize;
     assert_eq!(names.iter().filter(|n| **n == "sort/scatter").count(), digits, "{names:?}");
     let sum: f64 = times.passes.iter().map(|p| p.ms).sum();
     assert!((sum - times.device_ms).abs() <= 1e-6 * times.device_ms, "{sum} of {}", times.device_ms);
