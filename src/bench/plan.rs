@@ -3,8 +3,8 @@
 use crate::abi::{Aabb, Ray};
 use crate::bvh::Recipe;
 use crate::scene::Transform;
-use crate::trace::BATCH;
 use crate::trace::rays::{Light, Secondary};
+use crate::trace::{BATCH, RayOrder};
 use std::fmt;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -130,6 +130,8 @@ pub struct Plan {
     pub contenders: Vec<Contender>,
     /// Rays that each of them traces.
     pub rays: Vec<RaySet>,
+    /// Orders that rays but primaries are tried in.
+    pub orders: &'static [RayOrder],
     /// Views of each scene, 1–5.
     pub views: usize,
     /// Picture width and height, pixels.
@@ -188,10 +190,11 @@ impl Plan {
             })
             .collect();
         format!(
-            "scenes {:?}, {:?}; builders {:?}; rays {rays:?}; {} views of {:?} pixels; {} warm-ups, {} runs; {:?}; {} checked",
+            "scenes {:?}, {:?}; builders {:?}; rays {rays:?} {:?}; {} views of {:?} pixels; {} warm-ups, {} runs; {:?}; {} checked",
             self.scenes,
             self.transform,
             self.contenders,
+            self.orders,
             self.views,
             self.size,
             self.warm_ups,

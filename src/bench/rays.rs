@@ -154,7 +154,7 @@ impl<'a> Rays<'a> {
         let warm_ups = self.plan.warm_ups;
         // Primary rays are in order as they come.
         let primary = matches!(open.set, RaySet::Made(RayKind::Primary));
-        let orders = if primary { &[RayOrder::AsGiven][..] } else { &RayOrder::ALL };
+        let orders = if primary { &[RayOrder::AsGiven][..] } else { self.plan.orders };
         let mut first = true;
         self.each_batch(stage, open.set, |batch| {
             let stride = (batch.count * parts).div_ceil(wanted.max(1)).max(1);

@@ -1,6 +1,6 @@
 //! `boxwood bench`: builders × scenes × ray sets, measured and checked.
 
-use super::choices::TransformArgs;
+use super::choices::{SortName, TransformArgs};
 use super::files::{self, Output};
 use super::{Global, warn_of};
 use crate::bench::{
@@ -38,6 +38,9 @@ pub(super) struct Args {
     /// Rays: primary, ao, diffuse, shadow, file:PATH for nearest hits of a file's rays, any:PATH for whether they hit.
     #[arg(long, value_name = "SET", value_delimiter = ',')]
     rays: Vec<String>,
+    /// Whether rays but primaries are sorted on the device; the sort's time counts.
+    #[arg(long, value_enum, default_value_t = SortName::Auto)]
+    sort: SortName,
     /// Views of each scene: 1–5.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=5))]
     views: Option<u32>,
@@ -82,6 +85,7 @@ impl Args {
                 .map(contender)
                 .collect::<Result<_>>()?,
             rays: once_each(or(&self.rays, rays)).iter().map(|set| ray_set(set)).collect::<Result<_>>()?,
+            orders: self.sort.orders(false),
             views: self.views.map_or(views, |n| n as usize),
             size,
             warm_ups,

@@ -38,7 +38,7 @@ max-leaf = 32
 [presets.quick]
 scenes = []
 builders = []
-rays = ['primary', 'ao', 'diffuse', 'file:b.rays']
+rays = ['primary', 'ao', 'diffuse', 'shadow', 'file:b.rays']
 views = 1
 width = 64
 height = 48
@@ -47,8 +47,8 @@ runs = 1
 sample = 2048
 check = 500
 ";
-/// Two scenes × two builders × (a build, three sets of two views, a file).
-const ROWS: usize = 2 * 2 * (1 + 3 * 2 + 1);
+/// Two scenes × two builders × (a build, four sets of two views, a file).
+const ROWS: usize = 2 * 2 * (1 + 4 * 2 + 1);
 
 fn folder() -> Folder {
     let folder = Folder::new();
@@ -92,6 +92,12 @@ fn bench_writes_its_tables() {
         assert!(row["rays"].as_u64().unwrap() > 0 && row["check"]["rays"].as_u64().unwrap() > 0, "{row}");
         assert!(row["trace_ms"]["median"].as_f64().unwrap() > 0.0, "{row}");
     }
+    let sorted = |rows: &[Value]| rows.iter().filter(|r| r["sorted"] == true).count();
+    let on = folder.run(&args(&["--out", "s", "--sort", "on"]));
+    assert!(on.status.success(), "{}", String::from_utf8_lossy(&on.stderr));
+    let json: Value = serde_json::from_slice(&fs::read(folder.path("s/bench.json")).unwrap()).unwrap();
+    let primaries = rays.iter().filter(|r| r["set"] == "primary").count();
+    assert_eq!(sorted(json["rays"].as_array().unwrap()), rays.len() - primaries, "all but primaries");
     // The same rays for every builder, and the same hits.
     let counts = |builder: &str| -> Vec<_> {
         let of = rays.iter().filter(|r| r["builder"] == builder);
