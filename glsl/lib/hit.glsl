@@ -152,6 +152,16 @@ bool meet_triangle(Setup s, PackedTriangle triangle, inout Nearest nearest) {
     return false;
 }
 
+// The integer nearest to the float of these bits, below 2²³; of two the even one. Not roundEven: lavapipe's, with 16
+// lanes, takes the one farther from 0.
+uint nearest_even(uint bits) {
+    int shift = 150 - int(bits >> 23);
+    if (shift > 24) return 0u;
+    uint mantissa = bits & 0x007fffffu | 0x00800000u, half_unit = 1u << (shift - 1);
+    uint whole = mantissa >> shift, rest = mantissa & ((half_unit << 1) - 1);
+    return whole + uint(rest > half_unit || (rest == half_unit && (whole & 1u) != 0u));
+}
+
 Hit hit_of(Setup s, Nearest nearest) {
     if (nearest.triangle == INVALID) return Hit(uintBitsToFloat(0x7f800000u), INVALID, 0.0, 0.0);
     if (ANY != 0) return Hit(0.0, INVALID, 0.0, 0.0);
@@ -159,8 +169,8 @@ Hit hit_of(Setup s, Nearest nearest) {
     float t = min(scaled(nearest.t, s.t_exponent), 3.4028235e38);
     // A denormal t is put together by integers: some devices would make it 0.
     if (t == 0.0) {
-        float units = scaled(nearest.t, s.t_exponent + 149);
-        t = uintBitsToFloat(floatBitsToUint(units) & 0x80000000u | uint(roundEven(abs(units))));
+        uint units = floatBitsToUint(scaled(nearest.t, s.t_exponent + 149));
+        t = uintBitsToFloat(units & 0x80000000u | nearest_even(units & 0x7fffffffu));
     }
     return Hit(t, nearest.triangle, nearest.uv.x, nearest.uv.y);
 }
