@@ -113,7 +113,8 @@ fn bench_writes_its_tables() {
 #[test]
 fn a_run_cut_off_goes_on() {
     let folder = folder();
-    assert!(folder.run(&args(&["--out", "whole"])).status.success());
+    let out = folder.run(&args(&["--out", "whole"]));
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
     let lines = || fs::read_to_string(folder.path("cut/rows.jsonl")).map_or(0, |text| text.lines().count());
     for kill in 0..10 {
         let run = args(&["--out", "cut", "--resume", "--quiet"]);
