@@ -11,8 +11,9 @@ void main() {
     FOR_ITEMS(i, args.count) {
         Ray ray = LOAD_Ray(rays, i);
         if (!orderable(ray)) continue;
-        lo = min(lo, ray.origin);
-        hi = max(hi, ray.origin);
+        vec3 origin = settled(ray.origin);
+        lo = min(lo, origin);
+        hi = max(hi, origin);
         some = true;
     }
     // One atomic a subgroup, not one an invocation.

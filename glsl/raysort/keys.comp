@@ -34,8 +34,8 @@ void main() {
         extent[k] = unordered(P(bounds).at[0].hi[k]) * 0.5 - lo[k];
     }
     float longest = largest(extent);
-    // Out of this range the origins are one point, or their differences may be denormal, or the reciprocal is.
-    float scale = longest > 1e-30 && longest < 1e37 ? reciprocal(longest) : 0.0;
+    // Out of this range the origins are one point, or their differences may be denormal, or a step of the reciprocal is.
+    float scale = longest > 1e-30 && longest < 1e30 ? reciprocal(longest) : 0.0;
     FOR_ITEMS(i, args.count) {
         P(order).at[i] = i;
         Ray ray = LOAD_Ray(rays, i);
@@ -43,8 +43,8 @@ void main() {
             P(keys).at[i] = UNORDERED_KEY;
             continue;
         }
-        precise vec3 origin = (ray.origin * 0.5 - lo) * scale;
-        vec3 level = levelled(ray.direction);
+        precise vec3 origin = (settled(ray.origin) * 0.5 - lo) * scale;
+        vec3 level = levelled(settled(ray.direction));
         precise vec3 direction = level * reciprocal(largest(level)) * 0.5 + 0.5;
         P(keys).at[i] = key_of(cells(origin, 32), cells(direction, 8));
     }

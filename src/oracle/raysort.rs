@@ -16,13 +16,19 @@ pub fn orderable(ray: &Ray) -> bool {
         && largest >= f32::MIN_POSITIVE
 }
 
+/// 0 for denormal numbers: devices may take them as that.
+fn settled(p: [f32; 3]) -> Vec3 {
+    Vec3::from_array(p.map(|x| if x.abs() < f32::MIN_POSITIVE { 0.0 } else { x }))
+}
+
 /// The box of the origins of rays that have a key.
 pub fn bounds(rays: &[Ray]) -> Aabb {
     let mut bounds = Aabb { lo: [f32::MAX; 3], hi: [f32::MIN; 3] };
     for ray in rays.iter().filter(|r| orderable(r)) {
+        let origin = settled(ray.origin);
         for k in 0..3 {
-            bounds.lo[k] = least_of(bounds.lo[k], ray.origin[k]);
-            bounds.hi[k] = greatest_of(bounds.hi[k], ray.origin[k]);
+            bounds.lo[k] = least_of(bounds.lo[k], origin[k]);
+            bounds.hi[k] = greatest_of(bounds.hi[k], origin[k]);
         }
     }
     bounds
@@ -47,13 +53,13 @@ pub fn keys(rays: &[Ray]) -> Vec<u32> {
     let Aabb { lo, hi } = bounds(rays);
     let (lo, hi) = (Vec3::from_array(lo) * 0.5, Vec3::from_array(hi) * 0.5);
     let longest = (hi - lo).abs().max_element();
-    let scale = if longest > 1e-30 && longest < 1e37 { reciprocal(longest) } else { 0.0 };
+    let scale = if longest > 1e-30 && longest < 1e30 { reciprocal(longest) } else { 0.0 };
     let key = |ray: &Ray| {
         if !orderable(ray) {
             return UNORDERED_KEY;
         }
-        let origin = (Vec3::from_array(ray.origin) * 0.5 - lo) * scale;
-        let level = levelled(Vec3::from_array(ray.direction));
+        let origin = (settled(ray.origin) * 0.5 - lo) * scale;
+        let level = levelled(settled(ray.direction));
         let direction = level * reciprocal(level.abs().max_element()) * 0.5 + 0.5;
         key_of(cells(origin, 32), cells(direction, 8))
     };

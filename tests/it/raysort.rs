@@ -43,7 +43,7 @@ fn odd_rays() -> Vec<Ray> {
         }
     }
     let scaled = |r: &Ray, s: f32| Ray { direction: r.direction.map(|x| x * s), ..*r };
-    for s in [0.0, -0.0, 1e-41, 1.2e-38, 1e-30, 1e30, 2e38, 3.4e38] {
+    for s in [0.0, -0.0, 1e-41, 1.2e-38, 3e-38, 1e-30, 1e30, 2e38, 3.4e38] {
         rays.extend(plain.iter().map(|r| scaled(r, s)));
     }
     for axis in 0..3 {
