@@ -28,8 +28,11 @@
 //!
 //! # Glossary
 //! - **leaf, inner node**: of the packed tree; a *raw* node is one of the binary tree before collapse.
-//! - **collapse**: making a subtree one leaf where the surface area heuristic says that it costs less.
-//! - **SAH cost**: `[c_T Σ_inner A + c_I Σ_leaf A n] / A_scene`, A half surface areas, n triangles \[WALD07\].
+//! - **collapse**: cutting the binary tree into packed nodes of up to four children and leaves of several triangles, so
+//!   that `c_N Σ_node A + c_I Σ_leaf A n` is least; a raw node becomes a packed one (it is *kept*), goes up into the one
+//!   above (*absorbed*), or becomes a leaf (*collapsed*) \[YLITIE17\].
+//! - **SAH cost**: of the binary tree above the leaves, `[c_T Σ_inner A + c_I Σ_leaf A n] / A_scene`, A half surface
+//!   areas, n triangles \[WALD07\].
 //! - **EPO**, end-point overlap: cost, expected at a point of the surface, of the nodes whose boxes hold the point and
 //!   which don't hold its triangle \[AILA13\].
 //! - **LCV**, leaf-count variability: standard deviation of the number of leaves that a ray meets \[AILA13\].
@@ -57,6 +60,7 @@
 //!   construction. HPG 2017.
 //! - \[WALD07\] Wald: On fast construction of SAH-based bounding volume hierarchies. RT 2007.
 //! - \[WOOP13\] Woop, Benthin, Wald: Watertight ray/triangle intersection. JCGT 2(1), 2013.
+//! - \[YLITIE17\] Ylitie, Karras, Laine: Efficient incoherent ray traversal on GPUs through compressed wide BVHs. HPG 2017.
 
 pub mod abi;
 pub mod bench;

@@ -1,5 +1,5 @@
 // One invocation a kept node: its packed node, and the input indices of the triangles in the leaves among its children.
-// Reads raw, links, kept, packed, leaf_triangles, order.
+// Reads raw, kept, packed, leaf_triangles, order.
 #include "lib/raw.glsl"
 #include "lib/pack.glsl"
 #include "lib/grid.glsl"

@@ -1,5 +1,5 @@
 // One invocation ITEMS Morton ranks: each leaf climbs the radix tree over the codes as far as it is the second to arrive,
-// and merges what it and the first one bring. Writes nodes, links, root; hands boxes and clusters over through nodes and
+// and merges what it and the first one bring. Writes nodes, cuts, root; hands boxes and clusters over through nodes and
 // climbers. Reads triangles, order, keys, low_keys. Keeps: nobody waits, no barrier; node p splits between ranks p and
 // p + 1, so the tree is the same whatever the timing.
 #include "lib/box.glsl"
@@ -39,8 +39,8 @@ void climb(uint rank) {
     Aabb box = leaf_box(P(order).at[rank]);
     Cluster cluster = leaf_cluster(rank, box);
     uint levels = 0;
-    while (triangles_of(cluster) < args.count) {
-        uint first = cluster.rank, last = first + triangles_of(cluster) - 1;
+    while (cluster.count < args.count) {
+        uint first = cluster.rank, last = first + cluster.count - 1;
         uint side = uint(is_right(first, last));
         uint node = side != 0 ? first - 1 : last;
         store_child_box(node, side, box);
@@ -50,7 +50,7 @@ void climb(uint rank) {
         memoryBarrierBuffer();  // acquire: the mark was there before what is read
         Climber other = LOAD_Climber(climbers, 2 * node + 1 - side);
         Aabb other_box = load_child_box(node, 1 - side);
-        uint other_first = side != 0 ? first - (other.count & RAW_MASK) : last + 1;
+        uint other_first = side != 0 ? first - other.count : last + 1;
         Cluster from = Cluster(other.node, other_first, other.count, other.cost);
         levels = max(levels, other.levels) + 1;
         RawNode merged_node;
@@ -66,11 +66,7 @@ void climb(uint rank) {
         box = merged_box;
         cluster = merged_cluster;
     }
-    if (cluster.node < LEAF_BIT) {
-        RawLink link = RawLink(triangles_of(cluster) | bits_of(cluster, false), INVALID);
-        STORE_RawLink(links, cluster.node, link)
-    }
-    P(root).at[0] = RawRoot(cluster.node, levels, 0, cluster.cost, box);
+    P(root).at[0] = RawRoot(root_reference(cluster), levels, 0, cluster.cost.x, box);
 }
 
 void main() {

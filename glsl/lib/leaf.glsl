@@ -17,5 +17,5 @@ Aabb leaf_box(uint triangle) {
 
 Cluster leaf_cluster(uint rank, Aabb box) {
     precise float cost = args.triangle_cost * half_area(box);
-    return Cluster(LEAF_BIT | rank, rank, 1, cost);
+    return Cluster(LEAF_BIT | rank, rank, 1, vec3(cost));
 }

@@ -1,4 +1,4 @@
-// Parts of raw nodes. Wants raw and links.
+// Parts of raw nodes. Wants raw.
 
 // The children of a raw node: its last pair.
 #define CHILDREN(node) words_of(P(raw).at[node].p[6])

@@ -1,5 +1,6 @@
 // One workgroup: sums[i] becomes the sum of those before it; state[round + 1] is how the next round is dispatched,
 // with no workgroups where the tail can take over. Reads state, sums.
+#include "lib/dispatch.glsl"
 #include "lib/scan.glsl"
 
 void main() {
@@ -23,9 +24,7 @@ void main() {
             next.clusters = all;
             next.rounds = now.rounds + 1;
         }
-        uint wanted = next.clusters > TAIL_CLUSTERS ? (next.clusters + args.tile - 1) / args.tile : 0;
-        // As Recorder::dispatch shapes a grid.
-        next.groups = wanted == 0 ? uvec3(0) : uvec3(min(wanted, GRID_WIDTH), (wanted + GRID_WIDTH - 1) / GRID_WIDTH, 1);
+        next.groups = dispatch_over(next.clusters > TAIL_CLUSTERS ? next.clusters : 0, args.tile);
         P(state).at[args.round + 1] = next;
     }
 }

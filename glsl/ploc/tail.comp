@@ -28,10 +28,7 @@ void main() {
     if (me == 0) {
         uint last = (rounds & 1u) * args.capacity;
         Cluster cluster = LOAD_Cluster(clusters, last);
-        if (cluster.node < LEAF_BIT) {
-            RawLink link = RawLink(triangles_of(cluster) | bits_of(cluster, false), INVALID);
-            STORE_RawLink(links, cluster.node, link)
-        }
-        P(root).at[0] = RawRoot(cluster.node, rounds, stalled, cluster.cost, LOAD_Aabb(bounds, last));
+        uint node = stalled != 0 ? cluster.node : root_reference(cluster);
+        P(root).at[0] = RawRoot(node, rounds, stalled, cluster.cost.x, LOAD_Aabb(bounds, last));
     }
 }

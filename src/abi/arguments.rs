@@ -160,14 +160,14 @@ abi! {
         clusters: PtrMut<Cluster>,
         /// The tree.
         nodes: PtrMut<RawNode>,
-        /// One a node; the root's stays unwritten.
-        links: PtrMut<RawLink>,
+        /// One a node.
+        cuts: PtrMut<RawCut>,
         /// This round.
         round: u32,
         /// Clusters that one half holds.
         capacity: u32,
-        /// Cost of a box-pair test, c_T.
-        traversal_cost: f32,
+        /// Cost of a packed node, c_N.
+        node_cost: f32,
         /// Cost of a triangle test, c_I.
         triangle_cost: f32,
         /// Largest leaf.
@@ -186,15 +186,15 @@ abi! {
         /// The tree.
         nodes: PtrShared<RawNode>,
         /// One a node.
-        links: PtrShared<RawLink>,
+        cuts: PtrShared<RawCut>,
         /// One.
         root: PtrMut<RawRoot>,
         /// The round whose state is the last.
         round: u32,
         /// Clusters that one half holds.
         capacity: u32,
-        /// Cost of a box-pair test, c_T.
-        traversal_cost: f32,
+        /// Cost of a packed node, c_N.
+        node_cost: f32,
         /// Cost of a triangle test, c_I.
         triangle_cost: f32,
         /// Largest leaf.
@@ -213,7 +213,7 @@ abi! {
         /// The tree.
         nodes: PtrShared<RawNode>,
         /// One a node.
-        links: PtrMut<RawLink>,
+        cuts: PtrMut<RawCut>,
         /// Two a node, left and right: what has arrived there.
         climbers: PtrShared<Climber>,
         /// One a node: 1 once the first has arrived; all 0 before.
@@ -226,8 +226,8 @@ abi! {
         scale: f32,
         /// As above.
         anchor: [f32; 3],
-        /// Cost of a box-pair test, c_T.
-        traversal_cost: f32,
+        /// Cost of a packed node, c_N.
+        node_cost: f32,
         /// Cost of a triangle test, c_I.
         triangle_cost: f32,
         /// Largest leaf.
@@ -235,22 +235,35 @@ abi! {
         /// 1: codes of two words.
         wide: u32,
     }
+    @kernel "collapse/expand"
+    struct CollapseExpandArgs {
+        /// The tree: references to the children gain their bits.
+        raw: PtrMut<RawNode>,
+        /// One a node; those kept are marked.
+        cuts: PtrMut<RawCut>,
+        /// The nodes kept, a round after the other; this round's are read, the next one's written.
+        queue: PtrMut<u32>,
+        /// One a round: the next one, all 0 before, is written.
+        state: PtrShared<Expansion>,
+        /// This round.
+        round: u32,
+    }
     @kernel "collapse/count"
     struct CollapseCountArgs {
-        /// The tree.
+        /// The tree, from `collapse/expand`.
         raw: Ptr<RawNode>,
-        /// One a node.
-        links: Ptr<RawLink>,
+        /// One a node, likewise.
+        cuts: Ptr<RawCut>,
         /// Nodes kept a workgroup, then leaf triangles a workgroup.
         sums: PtrMut<u32>,
         /// Triangles of the leaves that are children of each packed node; [`INVALID`] where the raw node isn't kept.
         leaf_triangles: PtrMut<u32>,
+        /// Half areas a workgroup: of the binary nodes outside leaves, and of leaves, times their triangles.
+        areas: PtrMut<[f32; 2]>,
         /// Raw nodes.
         count: u32,
         /// Workgroups.
         groups: u32,
-        /// Largest leaf.
-        max_leaf: u32,
     }
     @kernel "collapse/number"
     struct CollapseNumberArgs {
@@ -271,8 +284,6 @@ abi! {
     struct LayoutNodesArgs {
         /// The tree.
         raw: Ptr<RawNode>,
-        /// One a node.
-        links: Ptr<RawLink>,
         /// The kept nodes, in order.
         kept: Ptr<u32>,
         /// Packed index of each kept node.

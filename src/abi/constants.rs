@@ -13,17 +13,16 @@ constants! {
     INVALID = 0xffff_ffff;
     /// Set in a child reference: the rest names a leaf.
     LEAF_BIT = 0x8000_0000;
-    /// Set in a raw node's count, and in its parent's reference to it: the surface area heuristic prefers this subtree
-    /// as one leaf.
+    /// Set in a reference to a raw node: the packed tree has this subtree as one leaf.
     COLLAPSED_BIT = 0x4000_0000;
-    /// Set likewise: the packed node of the parent takes this node's children in its place.
+    /// Set likewise: the packed node of its parent takes this node's children in its place.
     ABSORBED_BIT = 0x2000_0000;
-    /// Bits of a raw node's count that count, and of a reference to a raw node that name it.
+    /// Bits of a reference to a raw node that name it.
     RAW_MASK = 0x0fff_ffff;
     /// Children of a packed node.
     WIDTH = 4;
-    /// Lowest bit of what a cluster's count holds beside the triangles.
-    SLOTS_SHIFT = 28;
+    /// Set in a raw node's choices: the packed tree keeps it.
+    KEPT_BIT = 0x40;
     /// Words of a triangle in a packed tree: nine coordinates and the input index.
     TRIANGLE_WORDS = 10;
     /// Key of a triangle that can't be hit: sorts behind every Morton code.

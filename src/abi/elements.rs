@@ -64,11 +64,11 @@ abi! {
         node: u32,
         /// Morton rank of the first triangle: unique among live clusters, rising.
         rank: u32,
-        /// Triangles, and from [`SLOTS_SHIFT`] on one less than the children that a packed node of `node` would have: 0
-        /// for a triangle, or where `node` is collapsed.
+        /// Triangles.
         count: u32,
-        /// Expected cost of the subtree if hit times its half area (not divided by the scene's): \[GOLDSMITH87\].
-        cost: f32,
+        /// Least expected cost of the subtree, as one child of a packed node and as up to two and three of them, times
+        /// its half area (not divided by the scene's) \[YLITIE17\].
+        cost: [f32; 3],
     }
     /// An inner node of the binary tree before collapse and layout.
     struct RawNode {
@@ -81,12 +81,14 @@ abi! {
         /// Second child.
         right: u32,
     }
-    /// What the node above says of a raw node.
-    struct RawLink {
-        /// Triangles below, with [`COLLAPSED_BIT`] and [`ABSORBED_BIT`].
+    /// How a raw node is best cut into children of packed nodes.
+    struct RawCut {
+        /// Triangles below.
         count: u32,
-        /// Raw node above; [`INVALID`] at the root.
-        parent: u32,
+        /// Two bits each for a packed node of its own, and for its place in another one's, as up to two and three
+        /// children of that: how many of the children its first side gets. 0: it is a leaf; one fewer cost no more.
+        /// Then [`KEPT_BIT`].
+        choices: u32,
     }
     /// An inner node of a packed tree, one 64-byte line: up to four children, their boxes on the node's own grid of
     /// 256 planes an axis, rounded outward: plane q lies at origin + q · 2^exponent \[YLITIE17\].
@@ -124,6 +126,15 @@ abi! {
         /// Rounds done.
         rounds: u32,
     }
+    /// Where the expansion of packed nodes stands before a round; the first three words are an indirect dispatch.
+    struct Expansion {
+        /// Workgroups of the round's dispatch; all 0 where there is no node.
+        groups: [u32; 3],
+        /// The round's first place in the queue.
+        first: u32,
+        /// Nodes of the round.
+        count: u32,
+    }
     /// What a cluster that climbs leaves for its sibling, beside its box.
     struct Climber {
         /// As [`Cluster::node`].
@@ -131,19 +142,19 @@ abi! {
         /// As [`Cluster::count`].
         count: u32,
         /// As [`Cluster::cost`].
-        cost: f32,
+        cost: [f32; 3],
         /// Levels of raw nodes below, `node`'s own among them.
         levels: u32,
     }
     /// What a builder says of the binary tree.
     struct RawRoot {
-        /// The root: raw node, or [`LEAF_BIT`] | 0.
+        /// The root: raw node, with [`COLLAPSED_BIT`], or [`LEAF_BIT`] | 0.
         node: u32,
         /// Levels of raw nodes, or more: PLOC's rounds, none of which adds two.
         levels: u32,
         /// 1: a round of PLOC merged nothing, the tree is unfinished (never seen; see `ploc/tail`).
         stalled: u32,
-        /// Cost of the root, as [`Cluster::cost`].
+        /// Cost of the root as one child, as [`Cluster::cost`].
         cost: f32,
         /// Box of all triangles, unit space.
         bounds: Aabb,

@@ -134,7 +134,7 @@ pub const PAIRS: &[&str] = &[
     "Cluster",
     "Climber",
     "RawNode",
-    "RawLink",
+    "RawCut",
     "Node",
     "PackedTriangle",
     "Tests",

@@ -86,7 +86,8 @@ macro_rules! entry {
 entry! {
     /// A `[recipes.NAME]`.
     RecipeEntry ("builder") {
-        builder: String, morton: String, radius: u32, traversal_cost: f32, triangle_cost: f32, max_leaf: u32,
+        builder: String, morton: String, radius: u32, traversal_cost: f32, node_cost: f32,
+        triangle_cost: f32, max_leaf: u32,
     }
 }
 entry! {
@@ -216,6 +217,7 @@ impl Presets {
             .ok_or_else(|| wrong("builder", builder, "see `boxwood build --help`"))?;
         let collapse = Collapse {
             traversal_cost: r.traversal_cost.ok_or_else(missing("traversal-cost"))?,
+            node_cost: r.node_cost.ok_or_else(missing("node-cost"))?,
             triangle_cost: r.triangle_cost.ok_or_else(missing("triangle-cost"))?,
             max_leaf: r.max_leaf.ok_or_else(missing("max-leaf"))?,
         };
@@ -272,7 +274,7 @@ mod tests {
 
     #[test]
     fn children_say_what_differs() {
-        let text = "[recipes.a]\nbuilder='ploc'\nmorton='30'\nradius=4\ntraversal-cost=1\ntriangle-cost=1\nmax-leaf=4\n\
+        let text = "[recipes.a]\nbuilder='ploc'\nmorton='30'\nradius=4\ntraversal-cost=1\nnode-cost=1\ntriangle-cost=1\nmax-leaf=4\n\
                     [recipes.b]\nparent='a'\nradius=9\n[recipes.c]\nparent='b'\nmorton='63'\n\
                     [recipes.o]\nparent='p'\n[recipes.p]\nparent='o'\n[recipes.s]\nmorton='30'\n\
                     [recipes.w]\nparent='a'\nradius=999\n[presets]";

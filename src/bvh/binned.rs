@@ -1,5 +1,5 @@
 //! Binned SAH: top-down, on the CPU \[WALD07\]. Slow, and the yardstick above PLOC: each split is the one of 3 · 31 planes
-//! that costs least. Differs: splits down to single triangles, for the leaves are decided from below as every builder's
+//! that costs least. Differs: splits down to single triangles, for the leaves are chosen from below as every builder's
 //! are; the tree doesn't depend on the number of threads.
 
 use super::morton::{self, Space};
@@ -253,7 +253,7 @@ fn write(
     order: &[u32],
 ) -> crate::device::Result<()> {
     tree.nodes.write(&host.nodes)?;
-    tree.links.write(&host.links)?;
+    tree.cuts.write(&host.cuts)?;
     tree.root_buffer.write(&[host.root])?;
     triangles.write(order)
 }

@@ -1,10 +1,14 @@
-//! Leaves of several triangles: the merges have marked each subtree that costs less as one leaf; here the marks that
-//! count are found (no mark above them) and what is kept is numbered.
+//! From the binary tree to packed nodes of up to four children and leaves of several triangles. The merges have chosen the
+//! cheapest cut of each subtree, from below; here the cuts that count are followed from the root, a round a level of
+//! packed nodes, and what is kept is numbered \[YLITIE17\].
 
-use super::raw::RawTree;
+use super::raw::{RawTree, half_area, sah};
 use super::{Build, Result};
-use crate::abi::{CollapseCountArgs, CollapseNumberArgs, SPEC_ITEMS, SPEC_WG, ScanExclusiveArgs, WIDTH};
-use crate::device::Buffer;
+use crate::abi::{
+    COLLAPSED_BIT, CollapseCountArgs, CollapseExpandArgs, CollapseNumberArgs, Expansion, LEAF_BIT,
+    SPEC_ITEMS, SPEC_WG, ScanExclusiveArgs, WIDTH,
+};
+use crate::device::{Buffer, Recorder};
 use crate::kernels;
 
 /// Which raw nodes the packed tree keeps, and where they go.
@@ -19,39 +23,115 @@ pub(super) struct Kept {
     pub count: u32,
     /// Packed index of the root.
     pub root: u32,
+    /// SAH cost of the binary tree with these leaves.
+    pub sah: f64,
 }
 
 /// Finds and numbers the nodes to keep.
 pub(super) fn number(build: &mut Build<'_>, tree: &RawTree) -> Result<Kept> {
-    let shape = build.device.shape().clone();
     let nodes = tree.count.saturating_sub(1);
-    let constants = [(SPEC_WG, shape.workgroup), (SPEC_ITEMS, shape.items)];
-    let groups = nodes.div_ceil(shape.workgroup * shape.items);
-    let kept = Kept {
+    let collapse = &build.recipe.collapse;
+    let bounds = &tree.root.bounds;
+    let one_leaf = [0.0, f64::from(half_area(bounds)) * f64::from(tree.count)];
+    let mut kept = Kept {
         packed: build.buffer("collapse.packed", nodes as usize)?,
         nodes: build.buffer("collapse.kept", nodes as usize)?,
         leaf_triangles: build.buffer("collapse.leaf_triangles", nodes as usize)?,
         count: 0,
         root: 0,
+        sah: sah(one_leaf, bounds, collapse),
     };
-    if nodes == 0 {
-        return Ok(kept);
+    if tree.root.node & (LEAF_BIT | COLLAPSED_BIT) == 0 {
+        let states = build.buffer("collapse.expansion", expected_rounds(tree.count) as usize + 1)?;
+        let rec = expand(build, tree, &kept.nodes, &states)?;
+        let (count, areas) = count_and_number(build, tree, &kept, rec)?;
+        kept.count = count;
+        kept.root = kept.packed.read_at(tree.root.node as usize)?;
+        kept.sah = sah(areas, bounds, &build.recipe.collapse);
     }
+    build.note(format!(
+        "collapse: {} of {nodes} binary nodes kept, of up to {WIDTH} children, leaves of up to {} triangles",
+        kept.count, build.recipe.collapse.max_leaf
+    ));
+    Ok(kept)
+}
+
+/// Rounds to record before looking: a balanced tree has half as many levels of packed nodes as of binary ones, others
+/// have some more; empty ones cost next to nothing.
+fn expected_rounds(count: u32) -> u32 {
+    count.ilog2() + 4
+}
+
+/// Records rounds of packed nodes, from the root's on, until none is left or there were as many as binary levels; `queue`
+/// has room for all. All batches but the last have run.
+fn expand(
+    build: &mut Build<'_>,
+    tree: &RawTree,
+    queue: &Buffer<u32>,
+    states: &Buffer<Expansion>,
+) -> Result<Recorder> {
+    let shape = build.device.shape().clone();
+    let constants = [(SPEC_WG, shape.workgroup), (SPEC_ITEMS, shape.items)];
+    let mut state = Expansion { groups: [1; 3], first: 0, count: 1 };
+    let mut left = tree.root.levels;
+    let mut rec = build.recorder()?;
+    rec.update(queue, &[tree.root.node]);
+    loop {
+        let batch = left.min(expected_rounds(tree.count));
+        let words = (batch as usize + 1) * size_of::<Expansion>() / 4;
+        rec.fill(states, words, 0);
+        rec.update(states, &[state]);
+        for round in 0..batch {
+            let args = CollapseExpandArgs {
+                raw: tree.nodes.ptr_mut(),
+                cuts: tree.cuts.ptr_mut(),
+                queue: queue.ptr_mut(),
+                state: states.ptr_shared(),
+                round,
+            };
+            let at = round as usize * size_of::<Expansion>();
+            rec.dispatch_indirect(&kernels::COLLAPSE_EXPAND, &constants, states, at, args)?;
+        }
+        left -= batch;
+        if left == 0 {
+            return Ok(rec);
+        }
+        build.run(rec)?;
+        state = states.read_at(batch as usize)?;
+        rec = build.recorder()?;
+        if state.count == 0 {
+            return Ok(rec);
+        }
+    }
+}
+
+/// Completes and runs `rec`: counts what `expand` has marked, and numbers it. Returns the nodes kept and the half areas
+/// of [`sah`].
+fn count_and_number(
+    build: &mut Build<'_>,
+    tree: &RawTree,
+    kept: &Kept,
+    mut rec: Recorder,
+) -> Result<(u32, [f64; 2])> {
+    let shape = build.device.shape().clone();
+    let constants = [(SPEC_WG, shape.workgroup), (SPEC_ITEMS, shape.items)];
+    let nodes = tree.count - 1;
+    let groups = nodes.div_ceil(shape.workgroup * shape.items);
     let sums = build.buffer::<u32>("collapse.sums", 2 * groups as usize)?;
     let total = build.buffer::<u32>("collapse.total", 1)?;
-    let mut rec = build.recorder()?;
+    let areas = build.buffer::<[f32; 2]>("collapse.areas", groups as usize)?;
     rec.dispatch(
         &kernels::COLLAPSE_COUNT,
         &constants,
         groups,
         CollapseCountArgs {
             raw: tree.nodes.ptr(),
-            links: tree.links.ptr(),
+            cuts: tree.cuts.ptr(),
             sums: sums.ptr_mut(),
             leaf_triangles: kept.leaf_triangles.ptr_mut(),
+            areas: areas.ptr_mut(),
             count: nodes,
             groups,
-            max_leaf: build.recipe.collapse.max_leaf,
         },
     )?;
     rec.dispatch(
@@ -75,13 +155,7 @@ pub(super) fn number(build: &mut Build<'_>, tree: &RawTree) -> Result<Kept> {
     )?;
     build.run(rec)?;
     // Both kinds were summed in one scan: all nodes, then all triangles.
-    let all = total.read()?[0];
-    let count = all.saturating_sub(tree.count);
-    let root = if count == 0 { 0 } else { kept.packed.read_at(tree.root.node as usize)? };
-    build.note(format!(
-        "collapse: {count} of {nodes} binary nodes kept, of up to {WIDTH} children, leaves of up to {} triangles",
-        build.recipe.collapse.max_leaf
-    ));
-    debug_assert!(count > 0 || tree.count <= crate::abi::MAX_LEAF);
-    Ok(Kept { count, root, ..kept })
+    let count = total.read()?[0] - tree.count;
+    let add = |sum: [f64; 2], part: &[f32; 2]| [0, 1].map(|k| sum[k] + f64::from(part[k]));
+    Ok((count, areas.read()?.iter().fold([0.0; 2], add)))
 }

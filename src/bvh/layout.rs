@@ -6,8 +6,8 @@ use super::raw::RawTree;
 use super::sort::Order;
 use super::{Build, Bvh, Result, leaf_bits};
 use crate::abi::{
-    Aabb, INVALID, LayoutLeafArgs, LayoutNodesArgs, LayoutTrianglesArgs, Node, RawRoot, SPEC_ITEMS,
-    SPEC_LEAF_BITS, SPEC_WG, TRIANGLE_WORDS,
+    INVALID, LayoutLeafArgs, LayoutNodesArgs, LayoutTrianglesArgs, Node, RawRoot, SPEC_ITEMS, SPEC_LEAF_BITS,
+    SPEC_WG, TRIANGLE_WORDS,
 };
 use crate::kernels;
 
@@ -51,7 +51,6 @@ pub(super) fn pack(
             kept.count.div_ceil(tile),
             LayoutNodesArgs {
                 raw: tree.nodes.ptr(),
-                links: tree.links.ptr(),
                 kept: kept.nodes.ptr(),
                 packed: kept.packed.ptr(),
                 leaf_triangles: kept.leaf_triangles.ptr(),
@@ -75,8 +74,7 @@ pub(super) fn pack(
         },
     )?;
     build.run(rec)?;
-    let RawRoot { levels, cost, bounds, .. } = tree.root;
-    let area = half_area(&bounds);
+    let RawRoot { levels, bounds, .. } = tree.root;
     Ok(Bvh {
         nodes,
         triangles,
@@ -87,14 +85,8 @@ pub(super) fn pack(
         anchor: space.anchor,
         reach: space.reach,
         bounds,
-        sah: if area > 0.0 { f64::from(cost) / area } else { 0.0 },
+        sah: kept.sah,
         triangle_count: tree.count,
         left_out: (build.scene.count() - n) as u32,
     })
-}
-
-/// Half the surface area of a box.
-fn half_area(b: &Aabb) -> f64 {
-    let e: [f64; 3] = std::array::from_fn(|k| f64::from(b.hi[k]) - f64::from(b.lo[k]));
-    e[0] * e[1] + e[1] * e[2] + e[2] * e[0]
 }

@@ -17,7 +17,7 @@ pub(crate) use radix::Radix;
 pub use recipe::{Builder, Collapse, Morton, Recipe};
 pub use tree::{Bvh, Child, HostTree, SceneBuffers, leaf_bits};
 
-use crate::abi::{RAW_MASK, RawLink, RawNode, RawRoot};
+use crate::abi::{RAW_MASK, RawCut, RawNode, RawRoot};
 use crate::device::{Buffer, Device, DeviceError, Recorder, Times, Timing};
 use std::sync::Arc;
 use std::time::Instant;
@@ -51,8 +51,8 @@ pub struct Stages {
     pub scale: f32,
     /// The binary tree.
     pub nodes: Vec<RawNode>,
-    /// What the node above says of each of its nodes.
-    pub links: Vec<RawLink>,
+    /// How each of its nodes is cut.
+    pub cuts: Vec<RawCut>,
     /// Its root; none where there is no triangle.
     pub root: Option<RawRoot>,
     /// The raw nodes that are kept, in order.
@@ -152,14 +152,14 @@ pub type Result<T> = std::result::Result<T, BuildError>;
 
 /// Device memory that `builder` over `triangles` triangles takes at most, beside the scene's own, bytes.
 pub fn memory_needed(builder: Builder, triangles: usize) -> u64 {
-    // Of each: raw nodes and links (64), order (4).
+    // Of each: raw nodes and cuts (64), order (4).
     let scratch = 68
         + match builder {
             // Boxes and clusters twice, nearest.
-            Builder::Ploc => 80 + 4,
+            Builder::Ploc => 96 + 4,
             // Climbers, arrived, keys of two words.
-            Builder::Lbvh => 32 + 4 + 8,
-            // What collapse numbers: in the others, memory that the builder has done with.
+            Builder::Lbvh => 48 + 4 + 8,
+            // What collapse queues and numbers: in the others, memory that the builder has done with.
             Builder::Binned => 12,
         };
     // The packed tree: at most a node (64) and a triangle (40) each; a little for counters.
@@ -231,7 +231,7 @@ fn run(
         s.scale = space.scale;
         s.order = order.triangles.read_first(order.count as usize)?;
         s.nodes = tree.nodes.read()?;
-        s.links = tree.links.read()?;
+        s.cuts = tree.cuts.read()?;
         s.root = (tree.count > 0).then_some(tree.root);
         s.kept = kept.nodes.read_first(kept.count as usize)?;
         s.packed = kept.packed.read()?;

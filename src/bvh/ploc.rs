@@ -1,7 +1,7 @@
 //! PLOC: parallel locally-ordered clustering \[PLOC18\]. Clusters lie in Morton order; each looks RADIUS to either side
 //! for the one with which its common box is least; pairs that name each other merge; the rest go on.
 //! Differs: ties go by the colour of a pair (see `glsl/lib/pair.glsl`) and nodes are numbered by the rank that dies,
-//! so the tree is the same on every device; the surface area heuristic's leaves are decided at each merge.
+//! so the tree is the same on every device; each merge also decides how its subtree is best cut (see `bvh::collapse`).
 
 use super::morton::Space;
 use super::raw::RawTree;
@@ -155,10 +155,10 @@ impl Rounds {
             bounds: self.bounds.ptr_mut(),
             clusters: self.clusters.ptr_mut(),
             nodes: self.tree.nodes.ptr_mut(),
-            links: self.tree.links.ptr_mut(),
+            cuts: self.tree.cuts.ptr_mut(),
             round,
             capacity,
-            traversal_cost: collapse.traversal_cost,
+            node_cost: collapse.node_cost,
             triangle_cost: collapse.triangle_cost,
             max_leaf: collapse.max_leaf,
         };
@@ -174,11 +174,11 @@ impl Rounds {
             clusters: self.clusters.ptr_shared(),
             state: self.state.ptr(),
             nodes: self.tree.nodes.ptr_shared(),
-            links: self.tree.links.ptr_shared(),
+            cuts: self.tree.cuts.ptr_shared(),
             root: self.tree.root_buffer.ptr_mut(),
             round,
             capacity: self.tree.count,
-            traversal_cost: collapse.traversal_cost,
+            node_cost: collapse.node_cost,
             triangle_cost: collapse.triangle_cost,
             max_leaf: collapse.max_leaf,
         };

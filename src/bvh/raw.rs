@@ -2,10 +2,7 @@
 //! `glsl/lib/{box,leaf,merge}.glsl`, for builders that run on the CPU and for the oracle.
 
 use super::{Build, Collapse, Result};
-use crate::abi::{
-    ABSORBED_BIT, Aabb, COLLAPSED_BIT, Cluster, INVALID, LEAF_BIT, RAW_MASK, RawLink, RawNode, RawRoot,
-    SLOTS_SHIFT, WIDTH,
-};
+use crate::abi::{Aabb, COLLAPSED_BIT, Cluster, INVALID, LEAF_BIT, RawCut, RawNode, RawRoot};
 use crate::device::Buffer;
 
 /// Corners of a triangle.
@@ -15,7 +12,7 @@ pub type Corners = [[f32; 3]; 3];
 pub(super) struct RawTree {
     pub nodes: Buffer<RawNode>,
     /// One a node.
-    pub links: Buffer<RawLink>,
+    pub cuts: Buffer<RawCut>,
     /// One.
     pub root_buffer: Buffer<RawRoot>,
     pub root: RawRoot,
@@ -29,7 +26,7 @@ impl RawTree {
         let inner = count.saturating_sub(1) as usize;
         Ok(Self {
             nodes: build.buffer("raw.nodes", inner)?,
-            links: build.buffer("raw.links", inner)?,
+            cuts: build.buffer("raw.cuts", inner)?,
             root_buffer: build.buffer("raw.root", 1)?,
             root: RawRoot {
                 node: INVALID,
@@ -48,8 +45,8 @@ impl RawTree {
 pub struct HostRawTree {
     /// Inner nodes, one fewer than triangles: node i splits between ranks i and i + 1.
     pub nodes: Vec<RawNode>,
-    /// What the node above says of each.
-    pub links: Vec<RawLink>,
+    /// How each is cut.
+    pub cuts: Vec<RawCut>,
     /// The root.
     pub root: RawRoot,
 }
@@ -62,7 +59,7 @@ pub struct Room<'a> {
     /// Its nodes, one fewer than triangles.
     pub nodes: &'a mut [RawNode],
     /// One a node.
-    pub links: &'a mut [RawLink],
+    pub cuts: &'a mut [RawCut],
 }
 
 /// A cluster, its box and its levels of raw nodes.
@@ -122,93 +119,81 @@ pub fn half_area(b: &Aabb) -> f32 {
     x * (y + z) + y * z
 }
 
-/// Triangles of a cluster.
-pub fn triangles_of(c: &Cluster) -> u32 {
-    c.count & RAW_MASK
-}
-
-/// Children that the packed node of a cluster has; 1: it is a leaf.
-fn slots_of(c: &Cluster) -> u32 {
-    (c.count >> SLOTS_SHIFT) + 1
-}
-
-/// Which of two children's packed nodes go up into their parent's.
-fn absorbed_of([slots_a, slots_b]: [u32; 2], area_a: f32, area_b: f32) -> [bool; 2] {
-    let [a, b] = [slots_a, slots_b].map(|slots| slots > 1 && slots < WIDTH);
-    if a && b && slots_a + slots_b > WIDTH {
-        let a = area_a >= area_b;
-        return [a, !a];
-    }
-    [a, b]
-}
-
-/// What the parent holds of a cluster: the bits beside its node, or its count.
-fn bits_of(c: &Cluster, absorbed: bool) -> u32 {
-    if c.node >= LEAF_BIT {
-        0
-    } else if slots_of(c) == 1 {
-        COLLAPSED_BIT
-    } else if absorbed {
-        ABSORBED_BIT
-    } else {
-        0
-    }
+/// The SAH cost of a tree (see the glossary): `areas` are the half areas of its binary nodes outside leaves, and of its
+/// leaves, times their triangles; `bounds` is the scene's.
+pub fn sah(areas: [f64; 2], bounds: &Aabb, collapse: &Collapse) -> f64 {
+    let e: [f64; 3] = std::array::from_fn(|k| f64::from(bounds.hi[k]) - f64::from(bounds.lo[k]));
+    let scene = e[0] * e[1] + e[1] * e[2] + e[2] * e[0];
+    let cost = f64::from(collapse.traversal_cost) * areas[0] + f64::from(collapse.triangle_cost) * areas[1];
+    if scene > 0.0 { cost / scene } else { 0.0 }
 }
 
 impl Subtree {
     /// The triangle of a rank.
     pub fn leaf(rank: u32, bounds: Aabb, collapse: &Collapse) -> Self {
         let cost = collapse.triangle_cost * half_area(&bounds);
-        Self { bounds, cluster: Cluster { node: LEAF_BIT | rank, rank, count: 1, cost }, levels: 0 }
+        Self {
+            bounds,
+            cluster: Cluster { node: LEAF_BIT | rank, rank, count: 1, cost: [cost; 3] },
+            levels: 0,
+        }
     }
 }
 
 impl Room<'_> {
-    /// The subtree of two, `a` before `b`; writes its node and its children's links.
+    /// The subtree of two, `a` before `b`; writes its node and how it is cut.
     pub fn merge(&mut self, a: &Subtree, b: &Subtree, collapse: &Collapse) -> Subtree {
         let bounds = merged(&a.bounds, &b.bounds);
         let levels = a.levels.max(b.levels) + 1;
         let ([box_a, box_b], a, b) = ([a.bounds, b.bounds], &a.cluster, &b.cluster);
-        let count = triangles_of(a) + triangles_of(b);
-        let area = half_area(&bounds);
-        let inner = collapse.traversal_cost * area + (a.cost + b.cost);
-        let leaf = (collapse.triangle_cost * area) * count as f32;
-        let collapsed = count <= collapse.max_leaf && leaf < inner;
-        let cost = if collapsed { leaf } else { inner };
-        let slots = [slots_of(a), slots_of(b)];
-        let absorbed = absorbed_of(slots, half_area(&box_a), half_area(&box_b));
-        let slots: u32 = (0..2).map(|k| if absorbed[k] { slots[k] } else { 1 }).sum();
-        let beside = if collapsed { 0 } else { (slots - 1) << SLOTS_SHIFT };
-        let cluster = Cluster { node: b.rank - 1, rank: a.rank, count: count | beside, cost };
-        let bits = [bits_of(a, absorbed[0]), bits_of(b, absorbed[1])];
-        self.nodes[(cluster.node - self.first) as usize] = RawNode {
-            left_bounds: box_a,
-            right_bounds: box_b,
-            left: a.node | bits[0],
-            right: b.node | bits[1],
-        };
-        for (child, bits) in [a, b].into_iter().zip(bits) {
-            self.link(child, triangles_of(child) | bits, cluster.node);
-        }
+        let count = a.count + b.count;
+        let (cost, choices) = cheapest(a.cost, b.cost, half_area(&bounds), count, collapse);
+        let cluster = Cluster { node: b.rank - 1, rank: a.rank, count, cost };
+        let at = (cluster.node - self.first) as usize;
+        self.cuts[at] = RawCut { count, choices };
+        self.nodes[at] = RawNode { left_bounds: box_a, right_bounds: box_b, left: a.node, right: b.node };
         Subtree { bounds, cluster, levels }
-    }
-
-    fn link(&mut self, child: &Cluster, count: u32, parent: u32) {
-        if child.node < LEAF_BIT {
-            self.links[(child.node - self.first) as usize] = RawLink { count, parent };
-        }
     }
 
     /// Room for the triangles before rank `split` and for those from there on; the node between them is left out.
     pub fn split(&mut self, split: u32) -> [Room<'_>; 2] {
         let at = (split - self.first) as usize;
         let (left, right) = self.nodes.split_at_mut(at);
-        let (left_links, right_links) = self.links.split_at_mut(at);
+        let (left_cuts, right_cuts) = self.cuts.split_at_mut(at);
         [
-            Room { first: self.first, nodes: &mut left[..at - 1], links: &mut left_links[..at - 1] },
-            Room { first: split, nodes: right, links: right_links },
+            Room { first: self.first, nodes: &mut left[..at - 1], cuts: &mut left_cuts[..at - 1] },
+            Room { first: split, nodes: right, cuts: right_cuts },
         ]
     }
+}
+
+/// Costs and choices of a subtree of half area `area` and `count` triangles, of those of its two sides: as
+/// [`Cluster::cost`] and [`RawCut::choices`].
+fn cheapest(a: [f32; 3], b: [f32; 3], area: f32, count: u32, collapse: &Collapse) -> ([f32; 3], u32) {
+    let two = a[0] + b[0];
+    let three = [a[0] + b[1], a[1] + b[0]];
+    let four = [a[0] + b[2], a[1] + b[1], a[2] + b[0]];
+    let first_of_three = if three[0] <= three[1] { 1 } else { 2 };
+    let first_of_four = match four {
+        [one, two, three] if two <= one && two <= three => 2,
+        [one, _, three] if one <= three => 1,
+        _ => 3,
+    };
+    let (three, four) = (three[first_of_three - 1], four[first_of_four - 1]);
+
+    let inner = collapse.node_cost * area + four;
+    let leaf = (collapse.triangle_cost * area) * count as f32;
+    let collapsed = count <= collapse.max_leaf && leaf < inner;
+    let as_one = if collapsed { leaf } else { inner };
+    let as_two = two < as_one || !collapsed && two == as_one;
+    let up_to_two = if as_two { two } else { as_one };
+    let as_three = three < up_to_two || (as_two || !collapsed) && three == up_to_two;
+    let up_to_three = if as_three { three } else { up_to_two };
+
+    let choice = |chosen, first: usize| if chosen { first as u32 } else { 0 };
+    let choices =
+        choice(!collapsed, first_of_four) | choice(as_two, 1) << 2 | choice(as_three, first_of_three) << 4;
+    ([as_one, up_to_two, up_to_three], choices)
 }
 
 impl HostRawTree {
@@ -216,12 +201,12 @@ impl HostRawTree {
     pub fn build(count: usize, build: impl FnOnce(Room<'_>) -> Subtree) -> Self {
         let nodes = count.saturating_sub(1);
         let mut nodes = vec![bytemuck::Zeroable::zeroed(); nodes];
-        let mut links = vec![bytemuck::Zeroable::zeroed(); nodes.len()];
+        let mut cuts: Vec<RawCut> = vec![bytemuck::Zeroable::zeroed(); nodes.len()];
         let Subtree { bounds, cluster, levels } =
-            build(Room { first: 0, nodes: &mut nodes, links: &mut links });
-        let count = triangles_of(&cluster) | bits_of(&cluster, false);
-        Room { first: 0, nodes: &mut nodes, links: &mut links }.link(&cluster, count, INVALID);
-        let root = RawRoot { node: cluster.node, levels, stalled: 0, cost: cluster.cost, bounds };
-        Self { nodes, links, root }
+            build(Room { first: 0, nodes: &mut nodes, cuts: &mut cuts });
+        let collapsed = cluster.node < LEAF_BIT && cuts[cluster.node as usize].choices & 3 == 0;
+        let node = if collapsed { cluster.node | COLLAPSED_BIT } else { cluster.node };
+        let root = RawRoot { node, levels, stalled: 0, cost: cluster.cost[0], bounds };
+        Self { nodes, cuts, root }
     }
 }

@@ -42,6 +42,7 @@ pub(super) struct BuildReport {
     #[serde(skip_serializing_if = "Option::is_none")]
     radius: Option<u32>,
     max_leaf: u32,
+    node_cost: f32,
     costs: [f32; 2],
     runs: usize,
     build_ms: f64,
@@ -84,6 +85,7 @@ impl BuildReport {
             morton: recipe.builder.wants_codes().then_some(recipe.morton.name()),
             radius: (recipe.builder == Builder::Ploc).then_some(recipe.radius),
             max_leaf: recipe.collapse.max_leaf,
+            node_cost: recipe.collapse.node_cost,
             costs: [recipe.collapse.traversal_cost, recipe.collapse.triangle_cost],
             runs: builds.device.runs,
             build_ms: builds.device.median,

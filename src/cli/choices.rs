@@ -156,24 +156,34 @@ pub(super) struct RecipeArgs {
     /// Triangles that a leaf may hold: 1–64.
     #[arg(long, value_name = "N", default_value_t = Recipe::default().collapse.max_leaf, value_parser = clap::value_parser!(u32).range(1..=64))]
     max_leaf: u32,
-    /// Costs of a box-pair test and of a triangle test, for leaves by the surface area heuristic.
+    /// Costs of a box-pair test, for the SAH cost that is reported, and of a triangle test.
     #[arg(long, value_name = "cT,cI", default_value = "3,2", value_parser = costs)]
     costs: (f32, f32),
+    /// Cost of visiting a packed node, whatever its number of children, in the units of --costs: larger ones make fewer
+    /// nodes.
+    #[arg(long, value_name = "cN", default_value_t = Recipe::default().collapse.node_cost, value_parser = cost)]
+    node_cost: f32,
 }
 
 impl RecipeArgs {
     /// The same for the library.
     pub(super) fn recipe(&self) -> Recipe {
         let (traversal_cost, triangle_cost) = self.costs;
-        let collapse = Collapse { traversal_cost, triangle_cost, max_leaf: self.max_leaf };
+        let collapse =
+            Collapse { traversal_cost, node_cost: self.node_cost, triangle_cost, max_leaf: self.max_leaf };
         Recipe { builder: self.builder, morton: self.morton, radius: self.radius, collapse }
     }
 }
 
+/// A number above 0.
+fn cost(text: &str) -> Result<f32, String> {
+    let number = text.trim().parse().ok().filter(|x: &f32| x.is_finite() && *x > 0.0);
+    number.ok_or_else(|| "write a number above 0, such as 4".into())
+}
+
 /// Two numbers above 0, with a comma between them.
 fn costs(text: &str) -> Result<(f32, f32), String> {
-    let number = |s: &str| s.trim().parse::<f32>().ok().filter(|x| x.is_finite() && *x > 0.0);
-    let pair = text.split_once(',').and_then(|(a, b)| Some((number(a)?, number(b)?)));
+    let pair = text.split_once(',').and_then(|(a, b)| Some((cost(a).ok()?, cost(b).ok()?)));
     pair.ok_or_else(|| "write two numbers above 0, such as 3,2".into())
 }
 
@@ -205,6 +215,10 @@ mod tests {
         assert_eq!(costs(" 1.5, 1 "), Ok((1.5, 1.0)));
         for bad in ["", "3", "3,", "0,1", "3,-2", "inf,1", "nan,1", "1,2,3"] {
             assert!(costs(bad).is_err(), "{bad}");
+        }
+        assert_eq!(cost(" 0.5"), Ok(0.5));
+        for bad in ["", "0", "-1", "inf", "nan", "4,"] {
+            assert!(cost(bad).is_err(), "{bad}");
         }
     }
 

@@ -1,7 +1,10 @@
 //! Twin of `glsl/collapse/*.comp`: which nodes the packed tree keeps, and where they and their leaves' triangles go.
 
-use crate::abi::{ABSORBED_BIT, Aabb, COLLAPSED_BIT, INVALID, LEAF_BIT, RAW_MASK, RawNode};
-use crate::bvh::raw::HostRawTree;
+use crate::abi::{
+    ABSORBED_BIT, Aabb, COLLAPSED_BIT, INVALID, KEPT_BIT, LEAF_BIT, RAW_MASK, RawNode, RawRoot, WIDTH,
+};
+use crate::bvh::Collapse;
+use crate::bvh::raw::{HostRawTree, half_area, sah};
 
 /// What `collapse/number` writes, and the sums.
 #[derive(Debug, Clone)]
@@ -16,6 +19,8 @@ pub struct Kept {
     pub count: u32,
     /// Packed index of the root; 0 where there is none.
     pub root: u32,
+    /// SAH cost of the binary tree with these leaves; the device's differs in the last digits.
+    pub sah: f64,
 }
 
 /// Whether a raw node's child is a leaf of the packed tree.
@@ -42,31 +47,81 @@ fn leaf_count(tree: &HostRawTree, child: u32) -> u32 {
     if child >= LEAF_BIT {
         return 1;
     }
-    if is_leaf(child) { tree.links[(child & RAW_MASK) as usize].count & RAW_MASK } else { 0 }
+    if is_leaf(child) { tree.cuts[(child & RAW_MASK) as usize].count } else { 0 }
 }
 
-/// Keeps what a walk from the root reaches without entering a collapsed node, and is not absorbed; numbers it in order.
-pub fn number(tree: &HostRawTree) -> Kept {
-    let mut kept = vec![false; tree.nodes.len()];
-    let whole = tree.nodes.is_empty() || tree.links[tree.root.node as usize].count & COLLAPSED_BIT != 0;
-    let mut stack = if whole { vec![] } else { vec![tree.root.node] };
-    while let Some(node) = stack.pop() {
-        kept[node as usize] = true;
-        stack.extend(children(tree, node).iter().map(|(child, _)| *child).filter(|child| !is_leaf(*child)));
+/// How many of `share` children the first side of a raw node gets; of 1: of those of a packed node of its own. 0: one fewer
+/// cost no more; of 1: a leaf.
+fn first_of(tree: &HostRawTree, node: u32, share: u32) -> u32 {
+    tree.cuts[node as usize].choices >> (2 * (share - 1)) & 3
+}
+
+/// Sets the bits of the references below `node`, which is dealt `share` children, `first` of them on its first side.
+/// Those with packed nodes of their own go to `queue`.
+fn deal(tree: &mut HostRawTree, node: u32, first: u32, share: u32, queue: &mut Vec<u32>) {
+    let RawNode { left, right, .. } = tree.nodes[node as usize];
+    let bits = [(left, first), (right, share - first)].map(|(child, share)| {
+        if child >= LEAF_BIT {
+            return child;
+        }
+        let dealt = (2..=share).rev().find(|share| first_of(tree, child, *share) > 0);
+        if let Some(share) = dealt {
+            deal(tree, child, first_of(tree, child, share), share, queue);
+            child | ABSORBED_BIT
+        } else if first_of(tree, child, 1) == 0 {
+            child | COLLAPSED_BIT
+        } else {
+            queue.push(child);
+            child
+        }
+    });
+    [tree.nodes[node as usize].left, tree.nodes[node as usize].right] = bits;
+}
+
+/// `collapse/expand`: follows the cuts from the root.
+pub fn expand(tree: &mut HostRawTree) {
+    let mut queue: Vec<u32> = Some(tree.root.node).filter(|root| !is_leaf(*root)).into_iter().collect();
+    while let Some(node) = queue.pop() {
+        tree.cuts[node as usize].choices |= KEPT_BIT;
+        deal(tree, node, first_of(tree, node, 1), WIDTH, &mut queue);
     }
-    let mut result = Kept { nodes: vec![], packed: vec![], leaf_triangles: vec![], count: 0, root: 0 };
+}
+
+/// Half areas of the binary nodes outside leaves, and of the leaves, times their triangles.
+fn areas(tree: &HostRawTree) -> [f64; 2] {
+    let mut areas = [0.0; 2];
+    let mut stack = vec![(tree.root.node, tree.root.bounds)];
+    while let Some((child, bounds)) = stack.pop() {
+        let area = f64::from(half_area(&bounds));
+        if is_leaf(child) {
+            areas[1] += area * f64::from(leaf_count(tree, child));
+            continue;
+        }
+        let RawNode { left_bounds, right_bounds, left, right } = tree.nodes[(child & RAW_MASK) as usize];
+        areas[0] += area;
+        stack.extend([(left, left_bounds), (right, right_bounds)]);
+    }
+    areas
+}
+
+/// `collapse/count` and `collapse/number`: keeps what is marked, in order.
+pub fn number(tree: &HostRawTree, collapse: &Collapse) -> Kept {
+    let RawRoot { node: root, bounds, .. } = tree.root;
+    let sah = sah(areas(tree), &bounds, collapse);
+    let mut result = Kept { nodes: vec![], packed: vec![], leaf_triangles: vec![], count: 0, root: 0, sah };
     let mut triangle = 0;
-    for (i, kept) in (0..).zip(&kept) {
-        result.packed.push(if *kept { result.count } else { INVALID });
+    for (i, cut) in (0..).zip(&tree.cuts) {
+        let kept = cut.choices & KEPT_BIT != 0;
+        result.packed.push(if kept { result.count } else { INVALID });
         result.leaf_triangles.push(triangle);
-        if *kept {
+        if kept {
             result.nodes.push(i);
             result.count += 1;
             triangle += children(tree, i).iter().map(|(child, _)| leaf_count(tree, *child)).sum::<u32>();
         }
     }
     if result.count > 0 {
-        result.root = result.packed[tree.root.node as usize];
+        result.root = result.packed[root as usize];
     }
     result
 }

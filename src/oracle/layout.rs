@@ -2,7 +2,7 @@
 
 use super::collapse::{Kept, children, is_leaf};
 use super::morton::Space;
-use crate::abi::{Aabb, COLLAPSED_BIT, INVALID, LEAF_BIT, Node, RAW_MASK, TRIANGLE_WORDS};
+use crate::abi::{Aabb, INVALID, LEAF_BIT, Node, RAW_MASK, TRIANGLE_WORDS};
 use crate::bvh::raw::{HostRawTree, merged};
 use crate::bvh::{HostTree, leaf_bits};
 use crate::scene::Scene;
@@ -103,8 +103,7 @@ pub fn pack(
     let mut packer = Packer { scene, order, scale: space.scale, tree, kept, triangles, leaf_bits };
     let mut nodes = vec![];
     if kept.count == 0 {
-        let whole = tree.root.node | if tree.root.node < LEAF_BIT { COLLAPSED_BIT } else { 0 };
-        nodes.push(packer.pack_node(&[(whole, tree.root.bounds)], 0));
+        nodes.push(packer.pack_node(&[(tree.root.node, tree.root.bounds)], 0));
     }
     for i in &kept.nodes {
         nodes.push(packer.pack_node(&children(tree, *i), kept.leaf_triangles[*i as usize]));

@@ -59,8 +59,9 @@ pub fn build(scene: &Scene, recipe: &Recipe) -> Built {
         }
         Builder::Binned => binned::split(scene, &space, &recipe.collapse),
     };
-    let raw = raw.map(|tree| {
-        let kept = collapse::number(&tree);
+    let raw = raw.map(|mut tree| {
+        collapse::expand(&mut tree);
+        let kept = collapse::number(&tree, &recipe.collapse);
         (tree, kept)
     });
     let parts = raw.as_ref().map(|(tree, kept)| (tree, kept));

@@ -19,10 +19,7 @@ fn builds() {
         (grid(300), Recipe { morton: Morton::Bits63, radius: 33, ..recipe }),
         (random(300, 0.1, 4), Recipe { builder: Builder::Lbvh, morton: Morton::Ext7, ..recipe }),
         (random(300, 0.1, 5), Recipe { builder: Builder::Binned, morton: Morton::Ext4, ..recipe }),
-        (
-            random(5, 0.5, 2),
-            Recipe { collapse: Collapse { traversal_cost: 1e6, ..recipe.collapse }, ..recipe },
-        ),
+        (random(5, 0.5, 2), Recipe { collapse: Collapse { node_cost: 1e6, ..recipe.collapse }, ..recipe }),
     ] {
         let buffers = SceneBuffers::upload(&device, &scene(&corners)).unwrap();
         let built = bvh::build(&device, &buffers, &recipe, Timing::Kernels).unwrap();

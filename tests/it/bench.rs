@@ -28,6 +28,7 @@ builder = 'ploc'
 morton = 'auto'
 radius = 8
 traversal-cost = 3
+node-cost = 4
 triangle-cost = 2
 max-leaf = 8
 [recipes.ploc]

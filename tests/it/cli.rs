@@ -103,6 +103,7 @@ fn query_round_trip() {
         "bvh_bytes",
         "scratch_bytes",
         "sah",
+        "node_cost",
         "box_tests",
         "triangle_tests",
         "left_out",
@@ -211,6 +212,7 @@ fn bad_input_is_named() {
     folder.fails(&["build", "two.tri", "--builder", "nonesuch"], 2, "nonesuch");
     folder.fails(&["build", "two.tri", "--radius", "129"], 2, "129");
     folder.fails(&["build", "two.tri", "--costs", "1"], 2, "costs");
+    folder.fails(&["build", "two.tri", "--node-cost", "0"], 2, "above 0");
     folder.fails(&["build"], 2, "required");
     folder.fails(&["nonesuch"], 2, "nonesuch");
 }

@@ -82,13 +82,13 @@ pub fn assert_twin(
     let space = &twin.space;
     let twin_space = (space.scale, space.exponent, space.anchor.map(f32::to_bits), space.reach);
     assert_eq!(device_space, twin_space, "{what}: unit space");
-    let none = || (vec![], vec![], None, vec![], vec![], vec![]);
+    let none = || (vec![], vec![], None, vec![], vec![], vec![], 0.0);
     let raw = twin.raw.clone().map_or_else(none, |(tree, kept)| {
-        (tree.nodes, tree.links, Some(tree.root), kept.nodes, kept.packed, kept.leaf_triangles)
+        (tree.nodes, tree.cuts, Some(tree.root), kept.nodes, kept.packed, kept.leaf_triangles, kept.sah)
     });
-    let (nodes, links, root, kept, packed, leaf_triangles) = raw;
+    let (nodes, cuts, root, kept, packed, leaf_triangles, sah) = raw;
     first_difference(&format!("{what}: raw node"), &stages.nodes, &nodes);
-    first_difference(&format!("{what}: raw link"), &stages.links, &links);
+    first_difference(&format!("{what}: raw cut"), &stages.cuts, &cuts);
     first_difference(&format!("{what}: root"), stages.root.as_slice(), root.as_slice());
     first_difference(&format!("{what}: kept node"), &stages.kept, &kept);
     let of_kept = |all: &[u32]| kept.iter().map(|i| all[*i as usize]).collect::<Vec<_>>();
@@ -96,6 +96,8 @@ pub fn assert_twin(
     let (device_first, twin_first) = (of_kept(&stages.leaf_triangles), of_kept(&leaf_triangles));
     first_difference(&format!("{what}: first triangle"), &device_first, &twin_first);
     assert_same_tree(&what, &bvh.read().unwrap(), &twin.tree);
+    // A sum of f32s a workgroup.
+    assert!((bvh.sah - sah).abs() <= 1e-5 * sah, "{what}: SAH cost {}, the twin's is {sah}", bvh.sah);
     assert_eq!(bvh.triangle_count as usize + bvh.left_out as usize, scene.triangles.len(), "{what}");
     (built, twin)
 }
@@ -163,8 +165,8 @@ fn every_leaf_size_equals_the_twin() {
         }
         assert_twin("leaves", &device, &soups[2], &Recipe { builder: Builder::Binned, ..max_leaf(leaf) });
     }
-    let costs = |traversal_cost, triangle_cost| Recipe {
-        collapse: Collapse { traversal_cost, triangle_cost, max_leaf: 64 },
+    let costs = |node_cost, triangle_cost| Recipe {
+        collapse: Collapse { node_cost, triangle_cost, max_leaf: 64, ..Recipe::default().collapse },
         ..Recipe::default()
     };
     for recipe in [costs(1e9, 1.0), costs(1e-9, 1.0), costs(0.7, 1.3)] {

@@ -5,9 +5,7 @@
 use crate::gpu::quiet;
 use crate::matrix::{assert_twin, radius};
 use crate::soup::{Random, grid, random, scene};
-use boxwood::abi::{
-    Aabb, INVALID, LEAF_BIT, PlocSearchArgs, PlocState, RAW_MASK, SPEC_ITEMS, SPEC_RADIUS, SPEC_WG,
-};
+use boxwood::abi::{Aabb, LEAF_BIT, PlocSearchArgs, PlocState, RAW_MASK, SPEC_ITEMS, SPEC_RADIUS, SPEC_WG};
 use boxwood::bvh::{Builder, Recipe};
 use boxwood::device::{Buffer, Recorder, Timing};
 use boxwood::kernels;
@@ -99,15 +97,15 @@ fn every_raw_node_has_its_place() {
             let (tree, _) = twin.raw.unwrap();
             let mut seen = BTreeSet::new();
             for (i, node) in tree.nodes.iter().enumerate() {
+                let mut count = 0;
                 for child in [node.left, node.right] {
                     let child = child & (LEAF_BIT | RAW_MASK);
                     assert!(seen.insert(child), "{what}: node {i}: {child:#x} has two parents");
-                    if child < LEAF_BIT {
-                        assert_eq!(tree.links[child as usize].parent, i as u32, "{what}: parent of {child}");
-                    }
+                    count += if child < LEAF_BIT { tree.cuts[child as usize].count } else { 1 };
                 }
+                assert_eq!(tree.cuts[i].count, count, "{what}: triangles below {i}");
             }
-            assert_eq!(tree.links[tree.root.node as usize].parent, INVALID, "{what}: the root");
+            assert_eq!(tree.cuts[(tree.root.node & RAW_MASK) as usize].count, 3000, "{what}: the root");
             assert_eq!(seen.len(), 2 * tree.nodes.len(), "{what}: all but the root have a parent");
         }
     }

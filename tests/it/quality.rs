@@ -17,11 +17,10 @@ type Bounds = [Point; 2];
 /// The twin's tree and what a build would say of it.
 fn tree(scene: &Scene, recipe: &Recipe) -> (HostTree, Claims) {
     let built = oracle::build(scene, recipe);
-    let (bounds, depth, cost) = match &built.raw {
-        Some((raw, _)) => (raw.root.bounds, raw.root.levels.max(1), f64::from(raw.root.cost)),
+    let (bounds, depth, sah) = match &built.raw {
+        Some((raw, kept)) => (raw.root.bounds, raw.root.levels.max(1), kept.sah),
         None => (Aabb { lo: [0.0; 3], hi: [0.0; 3] }, 1, 0.0),
     };
-    let area = half_area(&[bounds.lo, bounds.hi].map(|p| p.map(f64::from)));
     let space = built.space;
     let claims = Claims {
         exponent: space.exponent,
@@ -29,7 +28,7 @@ fn tree(scene: &Scene, recipe: &Recipe) -> (HostTree, Claims) {
         reach: space.reach,
         bounds,
         depth,
-        sah: if area > 0.0 { cost / area } else { 0.0 },
+        sah,
         left_out: (scene.triangles.len() - built.order.len()) as u32,
         collapse: recipe.collapse,
     };

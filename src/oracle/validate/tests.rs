@@ -48,7 +48,7 @@ fn sound() -> (Scene, HostTree, Claims) {
     }
     let nodes = vec![node(&[(0, 1, leaf(0, 1)), (1, 2, leaf(1, 1))]), node(&[(0, 2, 0), (2, 4, leaf(2, 2))])];
     let tree = HostTree { nodes, triangles: words, root: 1, leaf_bits: LEAF_BITS };
-    let collapse = Collapse { traversal_cost: 3.0, triangle_cost: 2.0, max_leaf: 2 };
+    let collapse = Collapse { traversal_cost: 3.0, node_cost: 4.0, triangle_cost: 2.0, max_leaf: 2 };
     let claims = Claims {
         exponent: 0,
         anchor: [0.0; 3],
