@@ -2,7 +2,7 @@
 //!
 //! # Flow
 //! `scene → bvh::{morton → sort → ploc → collapse → layout} → trace → bench::report`
-//! (`lbvh` or `binned` may stand in for `ploc`)
+//! (`lbvh` or `binned` may stand in for `ploc`; `dito → orient` may follow `layout`)
 //!
 //! A [`scene::Scene`] is read, fetched or generated on the host and uploaded as [`bvh::SceneBuffers`];
 //! [`bvh::build`] records the stages of a build, [`trace::trace`] sends rays through the packed tree, and
@@ -28,6 +28,8 @@
 //!
 //! # Glossary
 //! - **leaf, inner node**: of the packed tree; a *raw* node is one of the binary tree before collapse.
+//! - **frame**: a rotation that an oriented packed node's children's boxes share; an axis-aligned node has none.
+//! - **slot**: a child of a packed node, or the root: what extremal points, ranges and frames are kept for.
 //! - **collapse**: cutting the binary tree into packed nodes of up to four children and leaves of several triangles, so
 //!   that `c_N Σ_node A + c_I Σ_leaf A n` is least; a raw node becomes a packed one (it is *kept*), goes up into the one
 //!   above (*absorbed*), or becomes a leaf (*collapsed*) \[YLITIE17\].
@@ -47,9 +49,12 @@
 //! - \[AILA09\] Aila, Laine: Understanding the efficiency of ray traversal on GPUs. HPG 2009.
 //! - \[AILA13\] Aila, Karras, Laine: On quality metrics of bounding volume hierarchies. HPG 2013.
 //! - \[APETREI14\] Apetrei: Fast and simple agglomerative LBVH construction. CGVC 2014.
+//! - \[DOBB25\] Kern, Galvan, Oldcorn, Skinner, Mehalwal, Reyes Lozano, Chajdas: DOBB-BVH: efficient ray traversal by
+//!   transforming wide BVHs into oriented bounding box trees using discrete rotations. CGF 44, 2025.
 //! - \[EDELSBRUNNER90\] Edelsbrunner, Mücke: Simulation of simplicity. ACM ToG 9(1), 1990.
 //! - \[GOLDSMITH87\] Goldsmith, Salmon: Automatic creation of object hierarchies for ray tracing. CG&A 7(5), 1987.
 //! - \[KARRAS12\] Karras: Maximizing parallelism in the construction of BVHs, octrees and k-d trees. HPG 2012.
+//! - \[LARSSON11\] Larsson, Källberg: Fast computation of tight-fitting oriented bounding boxes. Game Engine Gems 2, 2011.
 //! - \[MERRILL10\] Merrill, Grimshaw: Revisiting sorting for GPGPU stream architectures. PACT 2010.
 //! - \[MOLLER97\] Möller, Trumbore: Fast, minimum storage ray/triangle intersection. JGT 2(1), 1997.
 //! - \[MORTON66\] Morton: A computer oriented geodetic data base. IBM, 1966.

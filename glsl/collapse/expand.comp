@@ -1,5 +1,6 @@
 // One workgroup WG · ITEMS raw nodes of the queue, a row at a time, each with a packed node of its own: the bits of the
-// references to those below it, and those of them that have packed nodes of their own, which are the next round.
+// references to those below it, and those of them that have packed nodes of their own, which are the next round, with
+// the first triangle below each.
 // Reads cuts, state. The order within a round depends on the timing; what is written to raw and cuts doesn't.
 #include "lib/dispatch.glsl"
 #include "lib/raw.glsl"
@@ -19,29 +20,35 @@ uvec4 expand(uint node, out uint count) {
     STORE_RawCut(cuts, node, RawCut(cut.count, cut.choices | KEPT_BIT))
     uvec4 found = uvec4(0);
     count = 0;
-    // Children to deal out below node, and the first side's.
-    uint share = WIDTH, first = first_of(cut.choices, 1);
-    uvec3 waiting = uvec3(INVALID);  // a packed node has room for two absorbed ones: one of them can wait
+    // Children to deal out below node, the first side's, and the first triangle.
+    uint share = WIDTH, first = first_of(cut.choices, 1), triangle = P(firsts).at[node];
+    uvec4 waiting = uvec4(INVALID);  // a packed node has room for two absorbed ones: one of them can wait
     for (;;) {
         uvec2 children = CHILDREN(node);
         uvec2 shares = uvec2(first, share - first);
-        uvec3 next = uvec3(INVALID);
+        uvec4 next = uvec4(INVALID);
         [[unroll]] for (int side = 0; side < 2; ++side) {
             uint child = children[side];
-            if (child >= LEAF_BIT) continue;
-            uint choices = LOAD_RawCut(cuts, child).choices;
+            if (child >= LEAF_BIT) {
+                ++triangle;
+                continue;
+            }
+            RawCut below = LOAD_RawCut(cuts, child);
+            uint choices = below.choices;
             uint here = shares[side];
             while (here > 1 && first_of(choices, here) == 0) --here;
             if (here > 1) {
                 children[side] |= ABSORBED_BIT;
                 if (next.x != INVALID) waiting = next;
-                next = uvec3(child, here, first_of(choices, here));
+                next = uvec4(child, here, first_of(choices, here), triangle);
             } else if (first_of(choices, 1) == 0) {
                 children[side] |= COLLAPSED_BIT;
             } else {
+                P(firsts).at[child] = triangle;
                 found = uvec4(child, found.xyz);
                 ++count;
             }
+            triangle += below.count;
         }
         P(raw).at[node].p[6] = pair_of(children);
         if (next.x == INVALID) {
@@ -52,6 +59,7 @@ uvec4 expand(uint node, out uint count) {
         node = next.x;
         share = next.y;
         first = next.z;
+        triangle = next.w;
     }
 }
 

@@ -1,5 +1,5 @@
 // One invocation a kept node: its packed node, and the input indices of the triangles in the leaves among its children.
-// Reads raw, kept, packed, leaf_triangles, order.
+// Reads raw, cuts, kept, packed, firsts, order. Keeps: the triangles below any child lie side by side.
 #include "lib/raw.glsl"
 #include "lib/pack.glsl"
 #include "lib/grid.glsl"
@@ -37,7 +37,7 @@ void main() {
 
         uvec3 exponents = step_exponents(box);
         vec3 steps = steps_of(exponents);
-        uint to = P(leaf_triangles).at[from];
+        uint to = P(firsts).at[from];
         uint packed_exponents = exponents.x | exponents.y << 8 | exponents.z << 16;
         Node node = Node(box.lo, packed_exponents, uvec3(0), uvec3(0), uvec4(0), uvec2(0));
         [[unroll]] for (int k = 0; k < WIDTH; ++k) {
@@ -51,6 +51,7 @@ void main() {
                     child = leaf_reference(to, count);
                     to += count;
                 } else {
+                    to += LOAD_RawCut(cuts, child).count;
                     child = P(packed).at[child];
                 }
             }

@@ -90,7 +90,7 @@ bool meet_robust(Setup s, PackedTriangle t, out Meeting m) {
     // A sheared coordinate is off by at most 10 u R (see lib/ray.glsl), so an edge function by at most 20 u R times
     // the largest |x| + |y| of a corner, and 4 u of its products.
     vec2 far = max(abs(p), max(abs(q), abs(r)));
-    float doubt = s.slack * (far.x + far.y);
+    float doubt = ((24.0 / 16777216.0) * s.reach) * (far.x + far.y);
     // What passes is few: it is met again in doubles, for its sign where in doubt, and for its t: of a triangle much
     // larger than t, single precision would lose a share of 10⁻⁴.
     return !(lo < -doubt && hi > doubt) && meet_in_doubt(s, t, m);

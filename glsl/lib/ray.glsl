@@ -10,6 +10,12 @@
 // distances from the node's corner (1 u), the moved origin (1 u), the reciprocal direction (5 u), and of a plane two
 // products and three sums (5 u; steps are powers of two). That is 21 u; PAD is 32 u. Boxes larger by PAD · R on every side contain every hit, so no ray falls between two of them.
 const float PAD = 32.0 / 16777216.0;
+// Padding in a node's frame, times its stretch (lib/frame.glsl). A row of the rotation has components that sum to √3 at
+// most, so what was off by e an axis is off by √3 e: the hit (8 u √3), the corner less the anchor and the moved origin
+// (1 u √3 each). Three products and two sums (3 u √3) take the corner, the origin and, over the distance R, the direction
+// into the frame. Distances from the node's corner, up to twice as long, are rounded (2 u √3); reciprocals and planes as
+// above, of lengths up to √3 R (10 u √3). That is 54 u; PAD_ORIENTED is 64 u.
+const float PAD_ORIENTED = 64.0 / 16777216.0;
 // Direction components below this are raised to it, with their sign: over the distance R that moves the ray by
 // 2⁻⁴⁰ R, far less than the padding, and ±0 needs no case of its own.
 const float LEAST_DIRECTION = 1.0 / 1099511627776.0;
@@ -29,7 +35,8 @@ struct Setup {
     float t_max;
     int t_exponent;   // t of the file = t here · 2^t_exponent
     vec3 direction;   // scaled
-    float slack;      // 24 u R: see meet_robust
+    float reach;      // R
+    vec3 moved;       // origin, moved
     bool valid;       // finite, with a direction; other rays miss
 };
 
@@ -50,6 +57,16 @@ float scaled(float x, int exponent) {
     return uintBitsToFloat(sign_bit | (e < 1 ? 0u : e > 254 ? 0x7f800000u : bits & 0x007fffffu | uint(e) << 23));
 }
 
+// 1 / d, finite.
+vec3 inverse_of(vec3 d) {
+    vec3 inverse;
+    for (int k = 0; k < 3; ++k) {
+        float sign_bit = uintBitsToFloat(floatBitsToUint(LEAST_DIRECTION) | (floatBitsToUint(d[k]) & 0x80000000u));
+        inverse[k] = 1.0 / (abs(d[k]) < LEAST_DIRECTION ? sign_bit : d[k]);
+    }
+    return inverse;
+}
+
 Setup prepare(Ray ray) {
     Setup s;
     vec3 d = ray.direction, o = ray.origin;
@@ -67,11 +84,9 @@ Setup prepare(Ray ray) {
     o = vec3(scaled(o.x, args.exponent), scaled(o.y, args.exponent), scaled(o.z, args.exponent));
     vec3 moved = o - args.anchor;
     float reach = args.reach + max(abs(moved.x), max(abs(moved.y), abs(moved.z)));
-    s.slack = (24.0 / 16777216.0) * reach;
-    for (int k = 0; k < 3; ++k) {
-        float sign_bit = uintBitsToFloat(floatBitsToUint(LEAST_DIRECTION) | (floatBitsToUint(d[k]) & 0x80000000u));
-        s.inverse[k] = 1.0 / (abs(d[k]) < LEAST_DIRECTION ? sign_bit : d[k]);
-    }
+    s.reach = reach;
+    s.moved = moved;
+    s.inverse = inverse_of(d);
     precise vec3 centre = -moved * s.inverse;
     precise vec3 pad = (PAD * reach) * abs(s.inverse);
     s.near = centre - pad;

@@ -16,7 +16,7 @@ uint pop_within(float t) {
 // From a node to what comes next: its nearest child that is met, or what waited.
 uint descend(uint node, Setup s, bvec3 negative, Nearest nearest, inout Tests tests) {
     Node n = LOAD_Node(nodes, node);
-    if (COUNT != 0) tests.boxes += children_of(n);
+    if (COUNT != 0) count_boxes(tests, n);
     node = push_farther(n, sorted(meet_children(s, negative, n, nearest.t)));
     return node == INVALID ? pop_within(nearest.t) : node;
 }

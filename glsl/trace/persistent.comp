@@ -34,7 +34,7 @@ void main() {
                 s = prepare(LOAD_Ray(rays, ray));
                 negative = lessThan(s.inverse, vec3(0.0));
                 nearest = Nearest(s.t_max, INVALID, vec2(0.0));
-                tests = Tests(0, 0);
+                tests = Tests(0, 0, 0, 0);
                 top = 0;
                 node = s.valid ? args.root : INVALID;
             }

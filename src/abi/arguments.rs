@@ -243,6 +243,8 @@ abi! {
         cuts: PtrMut<RawCut>,
         /// The nodes kept, a round after the other; this round's are read, the next one's written.
         queue: PtrMut<u32>,
+        /// First triangle below each of them, in the order of the tree read left to right; the root's is 0.
+        firsts: PtrMut<u32>,
         /// One a round: the next one, all 0 before, is written.
         state: PtrShared<Expansion>,
         /// This round.
@@ -254,31 +256,25 @@ abi! {
         raw: Ptr<RawNode>,
         /// One a node, likewise.
         cuts: Ptr<RawCut>,
-        /// Nodes kept a workgroup, then leaf triangles a workgroup.
+        /// Nodes kept a workgroup.
         sums: PtrMut<u32>,
-        /// Triangles of the leaves that are children of each packed node; [`INVALID`] where the raw node isn't kept.
-        leaf_triangles: PtrMut<u32>,
         /// Half areas a workgroup: of the binary nodes outside leaves, and of leaves, times their triangles.
         areas: PtrMut<[f32; 2]>,
         /// Raw nodes.
         count: u32,
-        /// Workgroups.
-        groups: u32,
     }
     @kernel "collapse/number"
     struct CollapseNumberArgs {
         /// From `collapse/count`, scanned.
         sums: Ptr<u32>,
-        /// From `collapse/count`; becomes the first triangle of the leaves below each kept node.
-        leaf_triangles: PtrMut<u32>,
+        /// One a node, from `collapse/expand`.
+        cuts: Ptr<RawCut>,
         /// Packed index of each kept node.
         packed: PtrMut<u32>,
         /// The kept nodes, in order.
         kept: PtrMut<u32>,
         /// Raw nodes.
         count: u32,
-        /// Workgroups.
-        groups: u32,
     }
     @kernel "layout/nodes"
     struct LayoutNodesArgs {
@@ -288,8 +284,10 @@ abi! {
         kept: Ptr<u32>,
         /// Packed index of each kept node.
         packed: Ptr<u32>,
-        /// First triangle of the leaves below each kept node.
-        leaf_triangles: Ptr<u32>,
+        /// One a node.
+        cuts: Ptr<RawCut>,
+        /// First triangle below each kept node.
+        firsts: Ptr<u32>,
         /// Triangles in Morton order.
         order: Ptr<u32>,
         /// The packed tree.
@@ -325,6 +323,114 @@ abi! {
         /// Triangles in leaf order: input indices.
         sequence: PtrMut<u32>,
     }
+    @kernel "dito/parents"
+    struct DitoParentsArgs {
+        /// The packed tree.
+        nodes: Ptr<Node>,
+        /// Slot above each node: 4 times the node, and which of its children.
+        parents: PtrMut<u32>,
+        /// Nodes.
+        count: u32,
+        /// Root of the packed tree, whose slot comes behind all others.
+        root: u32,
+    }
+    @kernel "dito/extremes"
+    struct DitoExtremesArgs {
+        /// The packed tree.
+        nodes: Ptr<Node>,
+        /// Its triangles.
+        triangles: Ptr<PackedTriangle>,
+        /// From `dito/parents`.
+        parents: Ptr<u32>,
+        /// One a node: inner children that have arrived; all 0 before.
+        arrived: PtrShared<u32>,
+        /// k points a slot, those least and greatest along each direction.
+        points: PtrShared<Pair>,
+        /// One a slot.
+        ranges: PtrShared<Range>,
+        /// Nodes.
+        count: u32,
+        /// Unit space is a triangle's corner − `anchor`.
+        anchor: [f32; 3],
+    }
+    @kernel "dito/fit"
+    struct DitoFitArgs {
+        /// From `dito/extremes`.
+        points: Ptr<Pair>,
+        /// From `dito/extremes`.
+        ranges: Ptr<Range>,
+        /// Frame of each slot's least box.
+        frames: PtrMut<Pair>,
+        /// Slots.
+        slots: u32,
+    }
+    @kernel "orient/choose"
+    struct OrientChooseArgs {
+        /// The packed tree.
+        nodes: Ptr<Node>,
+        /// From `dito/parents`.
+        parents: Ptr<u32>,
+        /// From `dito/extremes`.
+        points: Ptr<Pair>,
+        /// From `dito/extremes`.
+        ranges: Ptr<Range>,
+        /// From `dito/fit`.
+        frames: Ptr<Pair>,
+        /// Frame of each node; 0: none.
+        chosen: PtrMut<Pair>,
+        /// One a slot but the root's: becomes empty.
+        extents: PtrMut<OrderedBounds>,
+        /// One: counts the nodes that have a frame.
+        oriented: PtrMut<u32>,
+        /// Nodes.
+        count: u32,
+        /// Cost of visiting a node, c_N.
+        node_cost: f32,
+        /// Cost of visiting an oriented node, c_O.
+        oriented_cost: f32,
+        /// Cost of a triangle test, c_I.
+        triangle_cost: f32,
+    }
+    @kernel "orient/refit"
+    struct OrientRefitArgs {
+        /// The packed tree.
+        nodes: Ptr<Node>,
+        /// Its triangles.
+        triangles: Ptr<PackedTriangle>,
+        /// From `dito/extremes`.
+        ranges: Ptr<Range>,
+        /// From `orient/choose`.
+        chosen: Ptr<Pair>,
+        /// Extent of each child of a node with a frame, in it.
+        extents: PtrMut<OrderedBounds>,
+        /// Triangles.
+        count: u32,
+        /// Root of the packed tree.
+        root: u32,
+        /// Unit space is a triangle's corner − `anchor`.
+        anchor: [f32; 3],
+    }
+    @kernel "orient/pack"
+    struct OrientPackArgs {
+        /// From `dito/extremes`.
+        ranges: Ptr<Range>,
+        /// From `orient/choose`.
+        chosen: Ptr<Pair>,
+        /// From `orient/refit`.
+        extents: Ptr<OrderedBounds>,
+        /// The packed tree: becomes oriented where that pays.
+        nodes: PtrMut<Node>,
+        /// One: counts the nodes that are.
+        oriented: PtrMut<u32>,
+        /// Nodes.
+        count: u32,
+        /// Cost of visiting a node, c_N.
+        node_cost: f32,
+        /// Cost of visiting an oriented node, c_O.
+        oriented_cost: f32,
+        /// Cost of a triangle test, c_I.
+        triangle_cost: f32,
+    }
     @kernel "trace/single" "trace/refill" "trace/persistent" "trace/packet"
     struct TraceArgs {
         /// Rays, scene space.
@@ -359,7 +465,7 @@ abi! {
         /// Rays.
         rays: Ptr<Ray>,
         /// One; lo at the greatest and hi at the least ordered integer.
-        bounds: PtrMut<RayBounds>,
+        bounds: PtrMut<OrderedBounds>,
         /// Rays.
         count: u32,
     }
@@ -368,7 +474,7 @@ abi! {
         /// Rays.
         rays: Ptr<Ray>,
         /// One, from `raysort/bounds`.
-        bounds: Ptr<RayBounds>,
+        bounds: Ptr<OrderedBounds>,
         /// Codes of 24 bits, [`UNORDERED_KEY`] for a ray that has none.
         keys: PtrMut<u32>,
         /// 0, 1, 2, …

@@ -69,4 +69,8 @@ constants! {
     SPEC_FEW = 9;
     /// 1: rays are taken in an order of their own.
     SPEC_ORDERED = 10;
+    /// 1: the tree has oriented nodes.
+    SPEC_ORIENTED = 11;
+    /// k: extremal points are taken along k / 2 directions and against them.
+    SPEC_POINTS = 12;
 }

@@ -51,8 +51,8 @@ abi! {
         /// As `zeros`, of the low words.
         low_zeros: u32,
     }
-    /// The box of ray origins. Floats as ordered integers: see `ordered` in `glsl/lib/ordered.glsl`.
-    struct RayBounds {
+    /// A box that many invocations grow. Floats as ordered integers: see `ordered` in `glsl/lib/ordered.glsl`.
+    struct OrderedBounds {
         /// Least corner, ordered integers.
         lo: [u32; 3],
         /// Greatest corner.
@@ -91,9 +91,10 @@ abi! {
         choices: u32,
     }
     /// An inner node of a packed tree, one 64-byte line: up to four children, their boxes on the node's own grid of
-    /// 256 planes an axis, rounded outward: plane q lies at origin + q · 2^exponent \[YLITIE17\].
+    /// 256 planes an axis, rounded outward: plane q lies at origin + q · 2^exponent \[YLITIE17\]. All four boxes have
+    /// the directions of the node's frame \[DOBB25\].
     struct Node {
-        /// Least corner of the node's box, unit space.
+        /// Least corner of the node's box, unit space; of an oriented node in its frame.
         origin: [f32; 3],
         /// Exponents + 127 of x, y, z in the low three bytes.
         exponents: u32,
@@ -103,8 +104,15 @@ abi! {
         hi: [u32; 3],
         /// Node, or [`LEAF_BIT`] | count − 1 | first triangle (see `SPEC_LEAF_BITS`), or [`INVALID`], which come last.
         children: [u32; 4],
-        /// 0: keeps a node within one cache line.
-        pad: [u32; 2],
+        /// Rotation from unit space to the boxes' axes: see `glsl/lib/frame.glsl`; 0: none, the boxes are axis-aligned.
+        frame: [u32; 2],
+    }
+    /// Triangles below a child of a packed node.
+    struct Range {
+        /// The first.
+        first: u32,
+        /// How many; 0 where there is no child.
+        count: u32,
     }
     /// A triangle of a packed tree.
     struct PackedTriangle {
@@ -161,10 +169,14 @@ abi! {
     }
     /// Box and triangle tests of one ray.
     struct Tests {
-        /// Child boxes tested.
+        /// Axis-aligned child boxes tested.
         boxes: u32,
+        /// Child boxes of oriented nodes tested.
+        oriented: u32,
         /// Triangles tested.
         triangles: u32,
+        /// 0: a whole number of pairs.
+        pad: u32,
     }
     /// Where a primary ray met the scene, made ready for secondary rays.
     struct Surface {
@@ -188,9 +200,9 @@ impl Hit {
     }
 }
 
-impl RayBounds {
-    /// Of no ray: what `raysort/bounds` starts from.
-    pub const EMPTY: RayBounds = RayBounds { lo: [u32::MAX; 3], hi: [0; 3] };
+impl OrderedBounds {
+    /// Of nothing.
+    pub const EMPTY: OrderedBounds = OrderedBounds { lo: [u32::MAX; 3], hi: [0; 3] };
 }
 
 impl SceneBounds {

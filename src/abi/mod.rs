@@ -136,6 +136,7 @@ pub const PAIRS: &[&str] = &[
     "RawNode",
     "RawCut",
     "Node",
+    "Range",
     "PackedTriangle",
     "Tests",
     "Surface",

@@ -1,6 +1,6 @@
 //! Presets of the benchmark: `scenes/bench.toml`, in which an entry takes what it doesn't say from its parent.
 
-use crate::bvh::{Builder, Collapse, Morton, Recipe};
+use crate::bvh::{Builder, Collapse, Fit, Morton, Recipe};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
@@ -87,7 +87,7 @@ entry! {
     /// A `[recipes.NAME]`.
     RecipeEntry ("builder") {
         builder: String, morton: String, radius: u32, traversal_cost: f32, node_cost: f32,
-        triangle_cost: f32, max_leaf: u32,
+        triangle_cost: f32, max_leaf: u32, fit: String, oriented_cost: f32,
     }
 }
 entry! {
@@ -221,7 +221,14 @@ impl Presets {
             triangle_cost: r.triangle_cost.ok_or_else(missing("triangle-cost"))?,
             max_leaf: r.max_leaf.ok_or_else(missing("max-leaf"))?,
         };
-        let recipe = Recipe { builder, morton, radius: r.radius.ok_or_else(missing("radius"))?, collapse };
+        let fit = r.fit.ok_or_else(missing("fit"))?;
+        let fit = Fit::ALL
+            .into_iter()
+            .find(|f| f.name() == fit)
+            .ok_or_else(|| wrong("fit", fit, "see `boxwood build --help`"))?;
+        let radius = r.radius.ok_or_else(missing("radius"))?;
+        let oriented_cost = r.oriented_cost.ok_or_else(missing("oriented-cost"))?;
+        let recipe = Recipe { builder, morton, radius, collapse, fit, oriented_cost };
         recipe.check().map_err(|e| wrong("a value", e.to_string(), "see `boxwood build --help`"))?;
         Ok(recipe)
     }
@@ -275,6 +282,7 @@ mod tests {
     #[test]
     fn children_say_what_differs() {
         let text = "[recipes.a]\nbuilder='ploc'\nmorton='30'\nradius=4\ntraversal-cost=1\nnode-cost=1\ntriangle-cost=1\nmax-leaf=4\n\
+                    fit='aabb'\noriented-cost=5\n\
                     [recipes.b]\nparent='a'\nradius=9\n[recipes.c]\nparent='b'\nmorton='63'\n\
                     [recipes.o]\nparent='p'\n[recipes.p]\nparent='o'\n[recipes.s]\nmorton='30'\n\
                     [recipes.w]\nparent='a'\nradius=999\n[presets]";

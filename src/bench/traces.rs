@@ -40,8 +40,11 @@ pub struct Protocol {
 /// Box and triangle tests of a whole set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 pub struct TestTotals {
-    /// Child boxes tested.
+    /// Axis-aligned child boxes tested.
     pub boxes: u64,
+    /// Child boxes of oriented nodes tested.
+    #[serde(default)]
+    pub oriented: u64,
     /// Triangles tested.
     pub triangles: u64,
 }
@@ -201,6 +204,7 @@ impl TestTotals {
         let Some(tests) = &batch.tests else { return Ok(()) };
         for t in tests.read_first(batch.count)? {
             self.boxes += u64::from(t.boxes);
+            self.oriented += u64::from(t.oriented);
             self.triangles += u64::from(t.triangles);
         }
         Ok(())

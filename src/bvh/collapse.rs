@@ -17,8 +17,8 @@ pub(super) struct Kept {
     pub packed: Buffer<u32>,
     /// The kept raw nodes, in order.
     pub nodes: Buffer<u32>,
-    /// First triangle of the leaves among the children of each packed node.
-    pub leaf_triangles: Buffer<u32>,
+    /// First triangle below each of them, by raw node.
+    pub firsts: Buffer<u32>,
     /// Nodes kept; 0 where the whole scene is one leaf.
     pub count: u32,
     /// Packed index of the root.
@@ -36,14 +36,14 @@ pub(super) fn number(build: &mut Build<'_>, tree: &RawTree) -> Result<Kept> {
     let mut kept = Kept {
         packed: build.buffer("collapse.packed", nodes as usize)?,
         nodes: build.buffer("collapse.kept", nodes as usize)?,
-        leaf_triangles: build.buffer("collapse.leaf_triangles", nodes as usize)?,
+        firsts: build.buffer("collapse.firsts", nodes as usize)?,
         count: 0,
         root: 0,
         sah: sah(one_leaf, bounds, collapse),
     };
     if tree.root.node & (LEAF_BIT | COLLAPSED_BIT) == 0 {
         let states = build.buffer("collapse.expansion", expected_rounds(tree.count) as usize + 1)?;
-        let rec = expand(build, tree, &kept.nodes, &states)?;
+        let rec = expand(build, tree, &kept, &states)?;
         let (count, areas) = count_and_number(build, tree, &kept, rec)?;
         kept.count = count;
         kept.root = kept.packed.read_at(tree.root.node as usize)?;
@@ -62,12 +62,12 @@ fn expected_rounds(count: u32) -> u32 {
     count.ilog2() + 4
 }
 
-/// Records rounds of packed nodes, from the root's on, until none is left or there were as many as binary levels; `queue`
+/// Records rounds of packed nodes, from the root's on, until none is left or there were as many as binary levels; `kept.nodes`
 /// has room for all. All batches but the last have run.
 fn expand(
     build: &mut Build<'_>,
     tree: &RawTree,
-    queue: &Buffer<u32>,
+    kept: &Kept,
     states: &Buffer<Expansion>,
 ) -> Result<Recorder> {
     let shape = build.device.shape().clone();
@@ -75,7 +75,9 @@ fn expand(
     let mut state = Expansion { groups: [1; 3], first: 0, count: 1 };
     let mut left = tree.root.levels;
     let mut rec = build.recorder()?;
-    rec.update(queue, &[tree.root.node]);
+    rec.update(&kept.nodes, &[tree.root.node]);
+    // The root's is 0.
+    rec.fill(&kept.firsts, kept.firsts.len(), 0);
     loop {
         let batch = left.min(expected_rounds(tree.count));
         let words = (batch as usize + 1) * size_of::<Expansion>() / 4;
@@ -85,7 +87,8 @@ fn expand(
             let args = CollapseExpandArgs {
                 raw: tree.nodes.ptr_mut(),
                 cuts: tree.cuts.ptr_mut(),
-                queue: queue.ptr_mut(),
+                queue: kept.nodes.ptr_mut(),
+                firsts: kept.firsts.ptr_mut(),
                 state: states.ptr_shared(),
                 round,
             };
@@ -117,7 +120,7 @@ fn count_and_number(
     let constants = [(SPEC_WG, shape.workgroup), (SPEC_ITEMS, shape.items)];
     let nodes = tree.count - 1;
     let groups = nodes.div_ceil(shape.workgroup * shape.items);
-    let sums = build.buffer::<u32>("collapse.sums", 2 * groups as usize)?;
+    let sums = build.buffer::<u32>("collapse.sums", groups as usize)?;
     let total = build.buffer::<u32>("collapse.total", 1)?;
     let areas = build.buffer::<[f32; 2]>("collapse.areas", groups as usize)?;
     rec.dispatch(
@@ -128,17 +131,15 @@ fn count_and_number(
             raw: tree.nodes.ptr(),
             cuts: tree.cuts.ptr(),
             sums: sums.ptr_mut(),
-            leaf_triangles: kept.leaf_triangles.ptr_mut(),
             areas: areas.ptr_mut(),
             count: nodes,
-            groups,
         },
     )?;
     rec.dispatch(
         &kernels::SCAN_EXCLUSIVE,
         &[(SPEC_WG, shape.single_workgroup)],
         1,
-        ScanExclusiveArgs { sums: sums.ptr_mut(), total: total.ptr_mut(), count: 2 * groups },
+        ScanExclusiveArgs { sums: sums.ptr_mut(), total: total.ptr_mut(), count: groups },
     )?;
     rec.dispatch(
         &kernels::COLLAPSE_NUMBER,
@@ -146,16 +147,14 @@ fn count_and_number(
         groups,
         CollapseNumberArgs {
             sums: sums.ptr(),
-            leaf_triangles: kept.leaf_triangles.ptr_mut(),
+            cuts: tree.cuts.ptr(),
             packed: kept.packed.ptr_mut(),
             kept: kept.nodes.ptr_mut(),
             count: nodes,
-            groups,
         },
     )?;
     build.run(rec)?;
-    // Both kinds were summed in one scan: all nodes, then all triangles.
-    let count = total.read()?[0] - tree.count;
+    let count = total.read()?[0];
     let add = |sum: [f64; 2], part: &[f32; 2]| [0, 1].map(|k| sum[k] + f64::from(part[k]));
     Ok((count, areas.read()?.iter().fold([0.0; 2], add)))
 }

@@ -53,7 +53,8 @@ pub(super) fn pack(
                 raw: tree.nodes.ptr(),
                 kept: kept.nodes.ptr(),
                 packed: kept.packed.ptr(),
-                leaf_triangles: kept.leaf_triangles.ptr(),
+                cuts: tree.cuts.ptr(),
+                firsts: kept.firsts.ptr(),
                 order: order.triangles.ptr(),
                 nodes: nodes.ptr_mut(),
                 sequence: sequence.ptr_mut(),
@@ -88,5 +89,6 @@ pub(super) fn pack(
         sah: kept.sah,
         triangle_count: tree.count,
         left_out: (build.scene.count() - n) as u32,
+        oriented: 0,
     })
 }

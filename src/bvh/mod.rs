@@ -1,11 +1,14 @@
 //! Builds trees on the device: `morton → sort → ploc → collapse → layout`. Knows no files and no command line.
-//! Instead of `ploc` stands `lbvh`, or `binned` instead of all before `collapse`.
+//! Instead of `ploc` stands `lbvh`, or `binned` instead of all before `collapse`; `dito → orient` may follow `layout`.
 
 pub mod binned;
 mod collapse;
+mod dito;
+pub mod frame;
 mod layout;
 mod lbvh;
 mod morton;
+mod orient;
 mod ploc;
 mod radix;
 pub mod raw;
@@ -14,10 +17,10 @@ mod sort;
 mod tree;
 
 pub(crate) use radix::Radix;
-pub use recipe::{Builder, Collapse, Morton, Recipe};
-pub use tree::{Bvh, Child, HostTree, SceneBuffers, leaf_bits};
+pub use recipe::{Builder, Collapse, Fit, Morton, Recipe};
+pub use tree::{Bvh, Child, HostTree, SceneBuffers, Volume, leaf_bits};
 
-use crate::abi::{RAW_MASK, RawCut, RawNode, RawRoot};
+use crate::abi::{INVALID, RAW_MASK, RawCut, RawNode, RawRoot};
 use crate::device::{Buffer, Device, DeviceError, Recorder, Times, Timing};
 use std::sync::Arc;
 use std::time::Instant;
@@ -59,8 +62,8 @@ pub struct Stages {
     pub kept: Vec<u32>,
     /// Packed index of each raw node; what isn't kept holds anything.
     pub packed: Vec<u32>,
-    /// First triangle of the leaves among the children of each packed node, by raw node, likewise.
-    pub leaf_triangles: Vec<u32>,
+    /// First triangle below each kept node, by raw node, likewise.
+    pub firsts: Vec<u32>,
 }
 
 /// State of a build: where passes are recorded to, and what has been learnt.
@@ -150,7 +153,8 @@ pub enum BuildError {
 /// Result of a build.
 pub type Result<T> = std::result::Result<T, BuildError>;
 
-/// Device memory that `builder` over `triangles` triangles takes at most, beside the scene's own, bytes.
+/// Device memory that `builder` over `triangles` triangles takes at most, beside the scene's own, bytes. What orienting
+/// takes is told once the nodes are counted.
 pub fn memory_needed(builder: Builder, triangles: usize) -> u64 {
     // Of each: raw nodes and cuts (64), order (4).
     let scratch = 68
@@ -235,9 +239,15 @@ fn run(
         s.root = (tree.count > 0).then_some(tree.root);
         s.kept = kept.nodes.read_first(kept.count as usize)?;
         s.packed = kept.packed.read()?;
-        s.leaf_triangles = kept.leaf_triangles.read()?;
+        s.firsts = kept.firsts.read()?;
     }
-    let bvh = layout::pack(&mut build, order, tree, kept, space)?;
+    let mut bvh = layout::pack(&mut build, order, tree, kept, space)?;
+    if let Fit::Dito(points) = recipe.fit
+        && bvh.root != INVALID
+    {
+        let slots = dito::fit(&mut build, &bvh, points)?;
+        orient::orient(&mut build, &mut bvh, &slots, points)?;
+    }
     let wall_ms = start.elapsed().as_secs_f64() * 1e3;
     let with_tree = device.peak_memory().saturating_sub(bvh.bytes());
     let scratch_bytes = with_tree.max(build.peak_before_tree).saturating_sub(before);

@@ -1,5 +1,6 @@
 //! A scene on the device, and a packed tree over it.
 
+use super::frame::{Frame, is_oriented};
 use crate::abi::{Aabb, INVALID, LEAF_BIT, Node, TRIANGLE_WORDS};
 use crate::device::{Buffer, Device, Result};
 use crate::scene::Scene;
@@ -63,6 +64,8 @@ pub struct Bvh {
     pub triangle_count: u32,
     /// Triangles that no ray can hit, and the tree leaves out.
     pub left_out: u32,
+    /// Packed nodes whose boxes are oriented.
+    pub oriented: u32,
 }
 
 /// A packed tree read back.
@@ -112,6 +115,29 @@ pub enum Child {
     },
 }
 
+/// A child's box.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Volume {
+    /// The node's rotation; none: the box is axis-aligned.
+    pub frame: Option<Frame>,
+    /// Its corners, least first: unit space, or the frame's.
+    pub corners: [[f64; 3]; 2],
+}
+
+impl Volume {
+    /// A point of unit space as its corners are.
+    pub fn within(&self, p: [f64; 3]) -> [f64; 3] {
+        self.frame.map_or(p, |f| f.within_exactly(p))
+    }
+
+    /// Half the surface area, unit space.
+    pub fn half_area(&self) -> f64 {
+        let e: [f64; 3] = std::array::from_fn(|k| self.corners[1][k] - self.corners[0][k]);
+        let stretch = self.frame.map_or(1.0, |f| f64::from(f.stretch()));
+        (e[0] * e[1] + e[1] * e[2] + e[2] * e[0]) / (stretch * stretch)
+    }
+}
+
 impl HostTree {
     /// What a child reference means.
     pub fn child(&self, reference: u32) -> Child {
@@ -123,15 +149,23 @@ impl HostTree {
         Child::Leaf { first: reference & ((1 << low) - 1), count }
     }
 
-    /// The children of `node` and their boxes' corners, least first, unit space.
-    pub fn children(&self, node: &Node) -> Vec<(Child, [[f64; 3]; 2])> {
+    /// The children of `node` and their boxes.
+    pub fn children(&self, node: &Node) -> Vec<(Child, Volume)> {
+        let frame = is_oriented(node.frame).then(|| Frame::of(node.frame));
         let plane = |planes: [u32; 3], slot: usize, k: usize| {
             let step = 2f64.powi((node.exponents >> (8 * k) & 0xff) as i32 - 127);
             f64::from(node.origin[k]) + f64::from(planes[k] >> (8 * slot) & 0xff) * step
         };
         let corner = |planes, slot| std::array::from_fn(|k| plane(planes, slot, k));
         let there = (0..).zip(node.children).filter(|(_, child)| *child != INVALID);
-        there.map(|(slot, c)| (self.child(c), [corner(node.lo, slot), corner(node.hi, slot)])).collect()
+        let volume = |slot| Volume { frame, corners: [corner(node.lo, slot), corner(node.hi, slot)] };
+        there.map(|(slot, c)| (self.child(c), volume(slot))).collect()
+    }
+
+    /// Corners of a triangle of the tree, unit scale.
+    pub fn corners(&self, triangle: usize) -> [[f32; 3]; 3] {
+        let word = |k: usize| f32::from_bits(self.triangles[triangle * TRIANGLE_WORDS as usize + k]);
+        std::array::from_fn(|c| std::array::from_fn(|k| word(3 * c + k)))
     }
 
     /// Input index of a triangle of the tree.

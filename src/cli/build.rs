@@ -5,7 +5,7 @@ use super::choices::{RecipeArgs, ReportArgs, SceneArgs};
 use super::files::{Output, emit};
 use super::{Global, explain};
 use crate::bench::{Builds, KernelTime, measure_builds};
-use crate::bvh::{Builder, Bvh, Recipe, SceneBuffers};
+use crate::bvh::{Builder, Bvh, Fit, Recipe, SceneBuffers};
 use crate::device::Device;
 use crate::oracle::quality::{Quality, measure};
 use crate::oracle::validate::Claims;
@@ -42,7 +42,10 @@ pub(super) struct BuildReport {
     #[serde(skip_serializing_if = "Option::is_none")]
     radius: Option<u32>,
     max_leaf: u32,
+    fit: &'static str,
     node_cost: f32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    oriented_cost: Option<f32>,
     costs: [f32; 2],
     runs: usize,
     build_ms: f64,
@@ -55,6 +58,8 @@ pub(super) struct BuildReport {
     sah: f64,
     depth: u32,
     nodes: usize,
+    /// Those whose boxes are oriented.
+    oriented: u32,
     tree_hash: String,
 }
 
@@ -85,7 +90,9 @@ impl BuildReport {
             morton: recipe.builder.wants_codes().then_some(recipe.morton.name()),
             radius: (recipe.builder == Builder::Ploc).then_some(recipe.radius),
             max_leaf: recipe.collapse.max_leaf,
+            fit: recipe.fit.name(),
             node_cost: recipe.collapse.node_cost,
+            oriented_cost: (recipe.fit != Fit::Aabb).then_some(recipe.oriented_cost),
             costs: [recipe.collapse.traversal_cost, recipe.collapse.triangle_cost],
             runs: builds.device.runs,
             build_ms: builds.device.median,
@@ -97,6 +104,7 @@ impl BuildReport {
             sah: bvh.sah,
             depth: bvh.depth,
             nodes: bvh.nodes.len(),
+            oriented: bvh.oriented,
             tree_hash: bvh.read()?.hash(),
         })
     }

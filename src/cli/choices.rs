@@ -1,6 +1,6 @@
 //! Arguments that several subcommands share, and what they mean to the library.
 
-use crate::bvh::{Builder, Collapse, Morton, Recipe};
+use crate::bvh::{Builder, Collapse, Fit, Morton, Recipe};
 use crate::scene::Transform;
 use crate::trace::{Precision, RayOrder};
 use clap::ValueEnum;
@@ -17,6 +17,19 @@ impl ValueEnum for Builder {
             Self::Ploc => "Parallel locally-ordered clustering over Morton order",
             Self::Lbvh => "The radix tree over the Morton codes: faster, a worse tree",
             Self::Binned => "Top-down by the surface area heuristic, on the CPU: slower, a better tree",
+        }))
+    }
+}
+
+impl ValueEnum for Fit {
+    fn value_variants<'a>() -> &'a [Self] {
+        &Self::ALL
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(PossibleValue::new(self.name()).help(match self {
+            Self::Aabb => "Axis-aligned",
+            Self::Dito(_) => "Oriented where that costs less, by DiTO from so many extremal points",
         }))
     }
 }
@@ -153,6 +166,12 @@ pub(super) struct RecipeArgs {
     /// Morton codes.
     #[arg(long, value_enum, default_value_t = Recipe::default().morton)]
     morton: Morton,
+    /// Boxes of nodes.
+    #[arg(long, value_enum, default_value_t = Recipe::default().fit)]
+    fit: Fit,
+    /// Cost of visiting an oriented node, beside --node-cost: oriented boxes stay where they cost less.
+    #[arg(long, value_name = "cO", default_value_t = Recipe::default().oriented_cost, value_parser = cost)]
+    oriented_cost: f32,
     /// Triangles that a leaf may hold: 1–64.
     #[arg(long, value_name = "N", default_value_t = Recipe::default().collapse.max_leaf, value_parser = clap::value_parser!(u32).range(1..=64))]
     max_leaf: u32,
@@ -169,9 +188,9 @@ impl RecipeArgs {
     /// The same for the library.
     pub(super) fn recipe(&self) -> Recipe {
         let (traversal_cost, triangle_cost) = self.costs;
-        let collapse =
-            Collapse { traversal_cost, node_cost: self.node_cost, triangle_cost, max_leaf: self.max_leaf };
-        Recipe { builder: self.builder, morton: self.morton, radius: self.radius, collapse }
+        let Self { builder, morton, radius, fit, oriented_cost, node_cost, max_leaf, .. } = *self;
+        let collapse = Collapse { traversal_cost, node_cost, triangle_cost, max_leaf };
+        Recipe { builder, morton, radius, collapse, fit, oriented_cost }
     }
 }
 

@@ -67,6 +67,8 @@ struct Report<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     box_tests: Option<u64>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    oriented_tests: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     triangle_tests: Option<u64>,
     kernels: Vec<KernelTime>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -149,6 +151,7 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
         mrays_s,
         rays_per_submit: traced.chunk.min(rays.len()),
         box_tests: traced.tests.map(|t| t.boxes),
+        oriented_tests: traced.tests.map(|t| t.oriented),
         triangle_tests: traced.tests.map(|t| t.triangles),
         kernels,
         check,

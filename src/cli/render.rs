@@ -303,8 +303,9 @@ impl<'a> Studio<'a> {
         let options = Options { query: Query::Closest, ..self.options };
         trace(&self.device, &self.bvh, &counted, options, Timing::Off)?;
         let Some(tests) = &counted.tests else { bail!("the batch has no room for counts") };
-        let tests =
-            self.on_pixels(&tests.read()?.iter().map(|t: &Tests| [t.boxes, t.triangles]).collect::<Vec<_>>());
+        let tests = self.on_pixels(
+            &tests.read()?.iter().map(|t: &Tests| [t.boxes + t.oriented, t.triangles]).collect::<Vec<_>>(),
+        );
         let width = self.view.width as usize;
         let map = |which: usize, unit: &str| {
             heat_map(width, &tests.iter().map(|t| t[which]).collect::<Vec<_>>(), unit)

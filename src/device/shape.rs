@@ -23,6 +23,8 @@ pub struct Shape {
     pub trace_workgroup: u32,
     /// PLOC's search window in registers, each pair computed once, for radii up to 32; else every neighbour is loaded.
     pub search_in_registers: bool,
+    /// Triangles that an invocation of `orient/refit` takes.
+    pub refit_items: u32,
     /// Rays that an invocation of `trace/refill` takes, one after the other.
     pub refill: u32,
     /// Workgroups of `trace/persistent`: as many as the device runs at once. More do no harm, for they find no ray left.
@@ -55,6 +57,7 @@ impl Shape {
             single_workgroup: subgroup.max(4),
             trace_workgroup: 64,
             search_in_registers: true,
+            refit_items: 8,
             refill: 16,
             persistent_groups: threads.max(1),
             // The least process time of 0, 4, 5, 6, 7 and 8 on most sets of rays.
@@ -75,6 +78,7 @@ impl Shape {
             single_workgroup: max_workgroup.min(512),
             trace_workgroup: 64,
             search_in_registers: false,
+            refit_items: 2,
             refill: 4,
             // 2^18 invocations: 128 multiprocessors of 2048.
             persistent_groups: 4096,

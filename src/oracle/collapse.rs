@@ -13,8 +13,8 @@ pub struct Kept {
     pub nodes: Vec<u32>,
     /// Packed index of each raw node, or [`INVALID`].
     pub packed: Vec<u32>,
-    /// First triangle of the leaves among the children of each packed node.
-    pub leaf_triangles: Vec<u32>,
+    /// First triangle below each kept node, in the order of the tree read left to right.
+    pub firsts: Vec<u32>,
     /// Nodes kept; 0 where the whole scene is one leaf.
     pub count: u32,
     /// Packed index of the root; 0 where there is none.
@@ -42,12 +42,26 @@ pub fn children(tree: &HostRawTree, node: u32) -> Vec<(u32, Aabb)> {
     [(left, left_bounds), (right, right_bounds)].into_iter().flat_map(expand).collect()
 }
 
-/// Triangles of `child` where it is a leaf of the packed tree, else 0.
-fn leaf_count(tree: &HostRawTree, child: u32) -> u32 {
-    if child >= LEAF_BIT {
-        return 1;
+/// Triangles below `child`.
+pub(super) fn triangles_below(tree: &HostRawTree, child: u32) -> u32 {
+    if child >= LEAF_BIT { 1 } else { tree.cuts[(child & RAW_MASK) as usize].count }
+}
+
+/// First triangle below each kept node, by raw node; 0 elsewhere.
+fn firsts(tree: &HostRawTree) -> Vec<u32> {
+    let mut firsts = vec![0; tree.nodes.len()];
+    let mut stack: Vec<u32> = Some(tree.root.node).filter(|root| !is_leaf(*root)).into_iter().collect();
+    while let Some(node) = stack.pop() {
+        let mut triangle = firsts[node as usize];
+        for (child, _) in children(tree, node) {
+            if !is_leaf(child) {
+                firsts[child as usize] = triangle;
+                stack.push(child);
+            }
+            triangle += triangles_below(tree, child);
+        }
     }
-    if is_leaf(child) { tree.cuts[(child & RAW_MASK) as usize].count } else { 0 }
+    firsts
 }
 
 /// How many of `share` children the first side of a raw node gets; of 1: of those of a packed node of its own. 0: one fewer
@@ -94,7 +108,7 @@ fn areas(tree: &HostRawTree) -> [f64; 2] {
     while let Some((child, bounds)) = stack.pop() {
         let area = f64::from(half_area(&bounds));
         if is_leaf(child) {
-            areas[1] += area * f64::from(leaf_count(tree, child));
+            areas[1] += area * f64::from(triangles_below(tree, child));
             continue;
         }
         let RawNode { left_bounds, right_bounds, left, right } = tree.nodes[(child & RAW_MASK) as usize];
@@ -108,16 +122,13 @@ fn areas(tree: &HostRawTree) -> [f64; 2] {
 pub fn number(tree: &HostRawTree, collapse: &Collapse) -> Kept {
     let RawRoot { node: root, bounds, .. } = tree.root;
     let sah = sah(areas(tree), &bounds, collapse);
-    let mut result = Kept { nodes: vec![], packed: vec![], leaf_triangles: vec![], count: 0, root: 0, sah };
-    let mut triangle = 0;
+    let mut result = Kept { nodes: vec![], packed: vec![], firsts: firsts(tree), count: 0, root: 0, sah };
     for (i, cut) in (0..).zip(&tree.cuts) {
         let kept = cut.choices & KEPT_BIT != 0;
         result.packed.push(if kept { result.count } else { INVALID });
-        result.leaf_triangles.push(triangle);
         if kept {
             result.nodes.push(i);
             result.count += 1;
-            triangle += children(tree, i).iter().map(|(child, _)| leaf_count(tree, *child)).sum::<u32>();
         }
     }
     if result.count > 0 {

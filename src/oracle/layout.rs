@@ -1,6 +1,6 @@
 //! Twin of `glsl/layout/*.comp`: the packed tree.
 
-use super::collapse::{Kept, children, is_leaf};
+use super::collapse::{Kept, children, is_leaf, triangles_below};
 use super::morton::Space;
 use crate::abi::{Aabb, INVALID, LEAF_BIT, Node, RAW_MASK, TRIANGLE_WORDS};
 use crate::bvh::raw::{HostRawTree, merged};
@@ -50,28 +50,22 @@ impl Packer<'_> {
     fn pack_node(&mut self, children: &[(u32, Aabb)], mut to: u32) -> Node {
         let bounds = children.iter().skip(1).fold(children[0].1, |all, (_, b)| merged(&all, b));
         let exponents: [u32; 3] = std::array::from_fn(|k| step_exponent(bounds.lo[k], bounds.hi[k]));
-        // Steps a unit.
-        let steps = exponents.map(|e| f32::from_bits((254 - e) << 23));
         let mut node = Node {
             origin: bounds.lo,
             exponents: exponents[0] | exponents[1] << 8 | exponents[2] << 16,
             lo: [u32::MAX; 3],
             hi: [0; 3],
             children: [INVALID; 4],
-            pad: [0; 2],
+            frame: [0; 2],
         };
         for (slot, (child, bounds)) in children.iter().enumerate() {
-            for (k, step) in steps.iter().enumerate() {
-                let lo = (bounds.lo[k] - node.origin[k]) * step;
-                let hi = (bounds.hi[k] - node.origin[k]) * step;
-                node.lo[k] ^= (255 ^ lo.floor() as u32) << (8 * slot);
-                node.hi[k] |= (hi.ceil() as u32) << (8 * slot);
-            }
+            planes(&mut node, slot, bounds, exponents);
             node.children[slot] = if is_leaf(*child) {
                 let count = self.pack_leaf(*child, to);
                 to += count;
                 self.leaf_reference(to - count, count)
             } else {
+                to += triangles_below(self.tree, *child);
                 self.kept.packed[*child as usize]
             };
         }
@@ -79,8 +73,19 @@ impl Packer<'_> {
     }
 }
 
+/// Puts the planes of a child's box on the grid of `node`, whose slot is empty.
+pub(super) fn planes(node: &mut Node, slot: usize, bounds: &Aabb, exponents: [u32; 3]) {
+    // Steps a unit.
+    for (k, step) in exponents.map(|e| f32::from_bits((254 - e) << 23)).into_iter().enumerate() {
+        let lo = (bounds.lo[k] - node.origin[k]) * step;
+        let hi = (bounds.hi[k] - node.origin[k]) * step;
+        node.lo[k] ^= (255 ^ lo.floor() as u32) << (8 * slot);
+        node.hi[k] |= (hi.ceil() as u32) << (8 * slot);
+    }
+}
+
 /// Biased exponent of the least power of two of which 255 steps reach from `lo` to `hi`; at least 27.
-fn step_exponent(lo: f32, hi: f32) -> u32 {
+pub(super) fn step_exponent(lo: f32, hi: f32) -> u32 {
     let extent = hi - lo;
     let exponent = (extent.to_bits() >> 23).max(34) - 7;
     let steps = extent * f32::from_bits((254 - exponent) << 23);
@@ -106,7 +111,7 @@ pub fn pack(
         nodes.push(packer.pack_node(&[(tree.root.node, tree.root.bounds)], 0));
     }
     for i in &kept.nodes {
-        nodes.push(packer.pack_node(&children(tree, *i), kept.leaf_triangles[*i as usize]));
+        nodes.push(packer.pack_node(&children(tree, *i), kept.firsts[*i as usize]));
     }
     HostTree { nodes, triangles: packer.triangles, root: kept.root, leaf_bits }
 }

@@ -7,10 +7,12 @@ pub mod binned;
 pub mod brute;
 pub mod collapse;
 pub mod compare;
+pub mod dito;
 pub mod exact;
 pub mod layout;
 pub mod lbvh;
 pub mod morton;
+pub mod orient;
 pub mod ploc;
 pub mod quality;
 pub mod rays;
@@ -23,7 +25,7 @@ pub mod validate;
 
 use crate::abi::Aabb;
 use crate::bvh::raw::HostRawTree;
-use crate::bvh::{Builder, HostTree, Recipe};
+use crate::bvh::{Builder, Fit, HostTree, Recipe};
 use crate::scene::Scene;
 
 /// What each stage of a build comes to: the twin of `bvh::Stages`, and the tree.
@@ -39,6 +41,8 @@ pub struct Built {
     pub raw: Option<(HostRawTree, collapse::Kept)>,
     /// The packed tree.
     pub tree: HostTree,
+    /// Its oriented nodes.
+    pub oriented: u32,
 }
 
 /// Builds the tree of `scene` by `recipe` as the device does, stage by stage.
@@ -65,6 +69,10 @@ pub fn build(scene: &Scene, recipe: &Recipe) -> Built {
         (tree, kept)
     });
     let parts = raw.as_ref().map(|(tree, kept)| (tree, kept));
-    let tree = layout::pack(scene, &order, &space, recipe.collapse.max_leaf, parts);
-    Built { bounds, space, order, raw, tree }
+    let mut tree = layout::pack(scene, &order, &space, recipe.collapse.max_leaf, parts);
+    let oriented = match recipe.fit {
+        Fit::Aabb => 0,
+        Fit::Dito(points) => orient::orient(&mut tree, space.anchor, points, recipe),
+    };
+    Built { bounds, space, order, raw, tree, oriented }
 }

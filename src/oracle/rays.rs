@@ -68,7 +68,7 @@ fn inner(a: Vec3, b: Vec3) -> f32 {
     p.x + p.y + p.z
 }
 
-fn outer(a: Vec3, b: Vec3) -> Vec3 {
+pub(super) fn outer(a: Vec3, b: Vec3) -> Vec3 {
     Vec3::new(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
 }
 
@@ -77,7 +77,7 @@ pub(super) fn levelled(v: Vec3) -> Vec3 {
     v * f32::from_bits(((127 - exponent.clamp(-127, 126)) as u32) << 23)
 }
 
-fn unit(v: Vec3) -> Option<Vec3> {
+pub(super) fn unit(v: Vec3) -> Option<Vec3> {
     let l = levelled(v);
     let square = inner(l, l);
     (1.0..=64.0).contains(&square).then(|| l * inverse_root(square))

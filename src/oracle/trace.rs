@@ -3,13 +3,17 @@
 
 use super::morton::Space;
 use crate::abi::{Hit, INVALID, LEAF_BIT, Node, Ray, TRIANGLE_WORDS, Tests};
+use crate::bvh::frame::{Frame, is_oriented};
 use crate::bvh::raw::{greatest_of, least_of};
 use crate::bvh::{Child, HostTree};
+use glam::Vec3;
 
 type V3 = [f32; 3];
 
 /// Box padding, in units of the largest coordinate difference: see `glsl/lib/ray.glsl`.
 const PAD: f32 = 32.0 / 16_777_216.0;
+/// Likewise in a node's frame, times its stretch.
+const PAD_ORIENTED: f32 = 64.0 / 16_777_216.0;
 /// Direction components below this are raised to it.
 const LEAST_DIRECTION: f32 = 1.0 / 1_099_511_627_776.0;
 /// Least magnitude of a weight that is not 0.
@@ -26,8 +30,12 @@ pub struct Setup {
     pub axes: [usize; 3],
     /// Scaled direction; in the order of `axes`.
     pub direction: V3,
-    /// 24 u R: what an edge function may be off by, over the largest |x| + |y| of a corner.
-    pub slack: f32,
+    /// R, the largest coordinate difference between the origin and the scene.
+    pub reach: f32,
+    /// Origin, moved; as given.
+    pub moved: V3,
+    /// Scaled direction, as given.
+    pub unturned: V3,
     /// 1 / direction.
     pub inverse: V3,
     /// t of a near plane at p: p · inverse + near.
@@ -55,6 +63,11 @@ fn scaled(x: f32, exponent: i32) -> f32 {
     if exact.abs() < f64::from(f32::MIN_POSITIVE) { 0f32.copysign(x) } else { exact as f32 }
 }
 
+/// 1 / d, finite.
+fn inverse_of(d: V3) -> V3 {
+    d.map(|x| 1.0 / if x.abs() < LEAST_DIRECTION { LEAST_DIRECTION.copysign(x) } else { x })
+}
+
 /// Prepares `ray` for a tree of unit space `space`.
 pub fn prepare(ray: &Ray, space: &Space) -> Setup {
     let (mut d, mut o) = (ray.direction, ray.origin);
@@ -73,7 +86,7 @@ pub fn prepare(ray: &Ray, space: &Space) -> Setup {
     o = o.map(|x| scaled(x, space.exponent));
     let moved: V3 = std::array::from_fn(|k| o[k] - space.anchor[k]);
     let reach = space.reach + moved.iter().fold(0.0, |a, x| f32::max(a, x.abs()));
-    let inverse = d.map(|x| 1.0 / if x.abs() < LEAST_DIRECTION { LEAST_DIRECTION.copysign(x) } else { x });
+    let inverse = inverse_of(d);
     let centre: V3 = std::array::from_fn(|k| -moved[k] * inverse[k]);
     let pad: V3 = std::array::from_fn(|k| (PAD * reach) * inverse[k].abs());
 
@@ -90,7 +103,9 @@ pub fn prepare(ray: &Ray, space: &Space) -> Setup {
         shear: [d[axes[0]] / d[axes[2]], d[axes[1]] / d[axes[2]], 1.0 / d[axes[2]]],
         axes,
         direction: axes.map(|k| d[k]),
-        slack: (24.0 / 16_777_216.0) * reach,
+        reach,
+        moved,
+        unturned: d,
         inverse,
         near: std::array::from_fn(|k| centre[k] - pad[k]),
         far: std::array::from_fn(|k| centre[k] + pad[k]),
@@ -104,8 +119,28 @@ pub fn prepare(ray: &Ray, space: &Space) -> Setup {
 /// At least this sorts a child that the ray passes by.
 const MISSED: i32 = 0x7f80_0000;
 
+/// The ray in a node's frame: its t stays.
+fn turn(s: &Setup, f: &Frame) -> Setup {
+    let into = |p: V3| f.within(Vec3::from_array(p)).to_array();
+    let (o, inverse) = (into(s.moved), inverse_of(into(s.unturned)));
+    let pad = PAD_ORIENTED * f.stretch() * s.reach;
+    Setup {
+        inverse,
+        near: std::array::from_fn(|k| -o[k] * inverse[k] - pad * inverse[k].abs()),
+        far: std::array::from_fn(|k| -o[k] * inverse[k] + pad * inverse[k].abs()),
+        ..*s
+    }
+}
+
 /// What sorts the children of a node: the bits of the t where the ray enters, the low two the child's number.
 fn meet_children(s: &Setup, n: &Node, t_max: f32) -> [i32; 4] {
+    let turned;
+    let s = if is_oriented(n.frame) {
+        turned = turn(s, &Frame::of(n.frame));
+        &turned
+    } else {
+        s
+    };
     let exponent = |k: usize| n.exponents >> (8 * k) & 0xff;
     let stride: V3 = std::array::from_fn(|k| f32::from_bits(exponent(k) << 23) * s.inverse[k]);
     let near: V3 = std::array::from_fn(|k| n.origin[k] * s.inverse[k] + s.near[k]);
@@ -195,7 +230,7 @@ pub fn meet_wide(s: &Setup, corners: [V3; 3]) -> Option<Meeting> {
     let v = p[0] * r[1] - p[1] * r[0];
     let w = q[0] * p[1] - q[1] * p[0];
     let far = |k: usize| p[k].abs().max(q[k].abs()).max(r[k].abs());
-    let doubt = s.slack * (far(0) + far(1));
+    let doubt = ((24.0 / 16_777_216.0) * s.reach) * (far(0) + far(1));
     let (lo, hi) = (u.min(v).min(w), u.max(v).max(w));
     if lo < -doubt && hi > doubt {
         return None;
@@ -264,7 +299,7 @@ impl Tree<'_> {
         nearest: &mut Nearest,
         mut leaf: impl FnMut(u32, &mut Nearest) -> bool,
     ) -> Tests {
-        let mut tests = Tests { boxes: 0, triangles: 0 };
+        let mut tests = Tests { boxes: 0, oriented: 0, triangles: 0, pad: 0 };
         let mut stack =
             if s.valid { vec![(f32::NEG_INFINITY.to_bits() as i32, self.tree.root)] } else { vec![] };
         while let Some((key, node)) = stack.pop() {
@@ -282,7 +317,8 @@ impl Tree<'_> {
                 continue;
             }
             let n = &self.tree.nodes[node as usize];
-            tests.boxes += n.children.iter().filter(|child| **child != INVALID).count() as u32;
+            let boxes = n.children.iter().filter(|child| **child != INVALID).count() as u32;
+            *(if is_oriented(n.frame) { &mut tests.oriented } else { &mut tests.boxes }) += boxes;
             let mut keys = meet_children(s, n, nearest.t);
             keys.sort_unstable();
             let met = keys.iter().rev().filter(|key| **key < MISSED);

@@ -4,7 +4,8 @@
 //! contain every triangle below them; every node is reached once; the claimed depth and cost can be true.
 
 use crate::abi::{Aabb, INVALID, TRIANGLE_WORDS};
-use crate::bvh::{Bvh, Child, Collapse, HostTree};
+use crate::bvh::frame::is_oriented;
+use crate::bvh::{Bvh, Child, Collapse, HostTree, Volume};
 use crate::scene::Scene;
 
 /// Relative difference of the claimed cost, an f32 sum of a million terms in tree order, from the f64 one.
@@ -12,6 +13,9 @@ const COST_TOLERANCE: f64 = 1e-4;
 /// How far a triangle may stick out of a box, in units of the tree's reach: an ulp, for a box's corners are corners less
 /// the anchor, rounded, and so is their distance from its node's.
 const ULP: f64 = 1.0 / (1u32 << 23) as f64;
+/// Likewise out of an oriented box, times its stretch: the corner less the anchor, three products and two sums, and the
+/// distance from the node's corner, of coordinates √3 and 2 √3 times as long (see PAD_ORIENTED in `glsl/lib/ray.glsl`).
+const FRAME_ULPS: f64 = 6.0;
 
 /// What a build says of its tree.
 #[derive(Debug, Clone, Copy)]
@@ -67,6 +71,15 @@ pub struct Stats {
     pub sah: f64,
     /// Bytes of nodes and triangles.
     pub bytes: u64,
+    /// Nodes whose boxes are oriented.
+    #[serde(default)]
+    pub oriented: usize,
+    /// Sum of the areas of all children's boxes, oriented or not, as packed: those that rays are tested against.
+    #[serde(default)]
+    pub box_area: f64,
+    /// Sum of the areas of the least axis-aligned boxes of the same children.
+    #[serde(default)]
+    pub aabb_area: f64,
     /// Area of nodes and leaves together by level, the root's first.
     pub area_by_level: Vec<f64>,
 }
@@ -247,6 +260,10 @@ struct Walk<'a> {
     /// Triangles that can be hit, input order, and that no leaf has had yet.
     wanted: Vec<bool>,
     reached: Vec<bool>,
+    /// Whether any node is oriented.
+    oriented: bool,
+    /// Corners of the triangles seen so far, unit space; none where no node is oriented.
+    seen: Vec<[[f64; 3]; 3]>,
     stats: Stats,
     /// What the cost is at least and at most.
     cost: [f64; 2],
@@ -263,6 +280,8 @@ impl<'a> Walk<'a> {
             claims,
             wanted,
             reached: vec![false; tree.nodes.len()],
+            oriented: tree.nodes.iter().any(|n| is_oriented(n.frame)),
+            seen: vec![],
             stats: Stats::default(),
             cost: [0.0; 2],
             leaf_cost: 0.0,
@@ -287,7 +306,8 @@ impl<'a> Walk<'a> {
         let children = self.tree.children(node);
         let one_leaf = children.len() == 1;
         let mut bounds = EMPTY;
-        for (slot, (child, child_bounds)) in children.iter().enumerate() {
+        for (slot, (child, volume)) in children.iter().enumerate() {
+            let from = self.seen.len();
             let below = match *child {
                 Child::Node(child) => self.node(index, child, level + 1)?,
                 Child::Leaf { first, count } => {
@@ -296,13 +316,13 @@ impl<'a> Walk<'a> {
                     below
                 }
             };
-            let (gap, allowed) = (sticks_out(&below, child_bounds), f64::from(self.claims.reach) * ULP);
-            if gap > allowed {
-                return Err(Invalid::SticksOut { node: index, slot, gap, allowed });
-            }
+            self.contains(index, slot, volume, &below, from)?;
             bounds = merged(&bounds, &below);
+            self.stats.box_area += self.over_scene(volume.half_area());
+            self.stats.aabb_area += self.share(&below);
         }
         self.stats.nodes += 1;
+        self.stats.oriented += usize::from(is_oriented(node.frame));
         if !one_leaf {
             let share = self.share(&bounds);
             let cost = f64::from(self.claims.collapse.traversal_cost) * share;
@@ -314,8 +334,36 @@ impl<'a> Walk<'a> {
         Ok(bounds)
     }
 
+    /// Whether child `slot` of a node holds the triangles of bounds `below`, those seen from `from` on.
+    fn contains(
+        &self,
+        node: u32,
+        slot: usize,
+        volume: &Volume,
+        below: &Box64,
+        from: usize,
+    ) -> Result<(), Invalid> {
+        let reach = f64::from(self.claims.reach);
+        let (gap, allowed) = match volume.frame {
+            None => (sticks_out(below, &volume.corners), reach * ULP),
+            Some(frame) => {
+                let corners = self.seen[from..].iter().flatten();
+                let gaps = corners.map(|p| sticks_out(&[volume.within(*p); 2], &volume.corners));
+                (
+                    gaps.fold(f64::NEG_INFINITY, f64::max),
+                    reach * FRAME_ULPS * ULP * f64::from(frame.stretch()),
+                )
+            }
+        };
+        if gap > allowed { Err(Invalid::SticksOut { node, slot, gap, allowed }) } else { Ok(()) }
+    }
+
+    fn over_scene(&self, area: f64) -> f64 {
+        if self.scene_area > 0.0 { area / self.scene_area } else { 0.0 }
+    }
+
     fn share(&self, b: &Box64) -> f64 {
-        if self.scene_area > 0.0 { half_area(b) / self.scene_area } else { 0.0 }
+        self.over_scene(half_area(b))
     }
 
     fn add_area(&mut self, level: u32, b: &Box64) {
@@ -365,6 +413,7 @@ impl<'a> Walk<'a> {
         }
         let words = &self.tree.triangles[place * TRIANGLE_WORDS as usize..];
         let mut bounds = EMPTY;
+        let mut seen = [[0.0; 3]; 3];
         for (k, x) in corners.as_flattened().iter().enumerate() {
             let exact = f64::from(*x) * self.scale;
             // A power of two scales exactly; devices may make a subnormal 0.
@@ -374,8 +423,12 @@ impl<'a> Walk<'a> {
             }
             let axis = k % 3;
             let at = exact - f64::from(self.claims.anchor[axis]);
+            seen[k / 3][axis] = at;
             bounds[0][axis] = bounds[0][axis].min(at);
             bounds[1][axis] = bounds[1][axis].max(at);
+        }
+        if self.oriented {
+            self.seen.push(seen);
         }
         Ok(bounds)
     }

@@ -8,7 +8,7 @@ pub use coherence::is_coherent;
 
 use crate::abi::{
     Hit, Ptr, PtrMut, Ray, SPEC_ANY, SPEC_COUNT, SPEC_FEW, SPEC_ITEMS, SPEC_LEAF_BITS, SPEC_ORDERED,
-    SPEC_ROBUST, SPEC_STACK, SPEC_WG, Tests, TraceArgs, WIDTH,
+    SPEC_ORIENTED, SPEC_ROBUST, SPEC_STACK, SPEC_WG, Tests, TraceArgs, WIDTH,
 };
 use crate::bvh::Bvh;
 use crate::device::{Buffer, Device, DeviceError, Recorder, Result, Times, Timing};
@@ -211,6 +211,7 @@ fn record(rec: &mut Recorder, bvh: &Bvh, batch: &Batch, options: Options) -> Res
         (SPEC_ROBUST, (options.precision == Precision::Robust).into()),
         (SPEC_FEW, shape.persistent_few),
         (SPEC_ORDERED, (options.order == RayOrder::Sorted).into()),
+        (SPEC_ORIENTED, (bvh.oriented > 0).into()),
     ];
     let order = match options.order {
         RayOrder::AsGiven => Ptr::new(0),

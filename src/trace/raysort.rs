@@ -2,7 +2,7 @@
 //! The kernels that trace take rays in that order; nothing is moved, so hits stay where they were.
 
 use crate::abi::{
-    Ptr, Ray, RayBounds, RaysortBoundsArgs, RaysortKeysArgs, SPEC_ITEMS, SPEC_WG, UNORDERED_KEY,
+    OrderedBounds, Ptr, Ray, RaysortBoundsArgs, RaysortKeysArgs, SPEC_ITEMS, SPEC_WG, UNORDERED_KEY,
 };
 use crate::bvh::Radix;
 use crate::device::{Buffer, Device, Recorder, Result};
@@ -12,7 +12,7 @@ use std::sync::Arc;
 /// Buffers of a sort of rays.
 #[derive(Debug)]
 pub struct Raysort {
-    bounds: Buffer<RayBounds>,
+    bounds: Buffer<OrderedBounds>,
     keys: Buffer<u32>,
     order: Buffer<u32>,
     radix: Radix,
@@ -45,7 +45,7 @@ impl Raysort {
         let shape = rec.device().shape().clone();
         let constants = [(SPEC_WG, shape.workgroup), (SPEC_ITEMS, shape.items)];
         let groups = count.div_ceil(shape.workgroup * shape.items);
-        rec.update(&self.bounds, &[RayBounds::EMPTY]);
+        rec.update(&self.bounds, &[OrderedBounds::EMPTY]);
         let args = RaysortBoundsArgs { rays, bounds: self.bounds.ptr_mut(), count };
         rec.dispatch(&kernels::RAYSORT_BOUNDS, &constants, groups, args)?;
         let (keys, order) = (self.keys.ptr_mut(), self.order.ptr_mut());

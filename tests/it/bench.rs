@@ -31,6 +31,8 @@ traversal-cost = 3
 node-cost = 4
 triangle-cost = 2
 max-leaf = 8
+fit = 'aabb'
+oriented-cost = 5
 [recipes.ploc]
 parent = 'default'
 [recipes.wide-leaves]

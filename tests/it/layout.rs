@@ -19,7 +19,7 @@ fn walk(tree: &HostTree, bvh: &Bvh, child: Child, bounds: &[[f64; 3]; 2], places
         }
         Child::Node(i) => {
             let children = tree.children(&tree.nodes[i as usize]);
-            let below = children.iter().map(|(child, b)| walk(tree, bvh, *child, b, places));
+            let below = children.iter().map(|(child, b)| walk(tree, bvh, *child, &b.corners, places));
             1 + below.max().unwrap()
         }
     };
@@ -58,7 +58,7 @@ fn assert_valid(what: &str, scene: &Scene, bvh: &Bvh) {
     }
     let reach = tree.nodes.iter().flat_map(|n| n.origin);
     assert!(reach.fold(0.0, |a, x| f32::max(a, x.abs())) <= bvh.reach, "{what}: reach {}", bvh.reach);
-    assert!(tree.nodes.iter().all(|n| n.pad == [0; 2]), "{what}: padding is 0");
+    assert!(tree.nodes.iter().all(|n| n.frame == [0; 2]), "{what}: along the axes");
 }
 
 #[test]

@@ -84,16 +84,16 @@ pub fn assert_twin(
     assert_eq!(device_space, twin_space, "{what}: unit space");
     let none = || (vec![], vec![], None, vec![], vec![], vec![], 0.0);
     let raw = twin.raw.clone().map_or_else(none, |(tree, kept)| {
-        (tree.nodes, tree.cuts, Some(tree.root), kept.nodes, kept.packed, kept.leaf_triangles, kept.sah)
+        (tree.nodes, tree.cuts, Some(tree.root), kept.nodes, kept.packed, kept.firsts, kept.sah)
     });
-    let (nodes, cuts, root, kept, packed, leaf_triangles, sah) = raw;
+    let (nodes, cuts, root, kept, packed, firsts, sah) = raw;
     first_difference(&format!("{what}: raw node"), &stages.nodes, &nodes);
     first_difference(&format!("{what}: raw cut"), &stages.cuts, &cuts);
     first_difference(&format!("{what}: root"), stages.root.as_slice(), root.as_slice());
     first_difference(&format!("{what}: kept node"), &stages.kept, &kept);
     let of_kept = |all: &[u32]| kept.iter().map(|i| all[*i as usize]).collect::<Vec<_>>();
     first_difference(&format!("{what}: packed index"), &of_kept(&stages.packed), &of_kept(&packed));
-    let (device_first, twin_first) = (of_kept(&stages.leaf_triangles), of_kept(&leaf_triangles));
+    let (device_first, twin_first) = (of_kept(&stages.firsts), of_kept(&firsts));
     first_difference(&format!("{what}: first triangle"), &device_first, &twin_first);
     assert_same_tree(&what, &bvh.read().unwrap(), &twin.tree);
     // A sum of f32s a workgroup.

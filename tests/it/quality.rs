@@ -74,7 +74,7 @@ fn below(tree: &HostTree, child: Child) -> Vec<u32> {
 fn places(tree: &HostTree) -> Vec<Place> {
     fn walk(tree: &HostTree, node: u32, path: &[(Vec<u32>, Bounds)], found: &mut Vec<Place>) {
         for (child, bounds) in tree.children(&tree.nodes[node as usize]) {
-            let path = [path, &[(below(tree, child), bounds)]].concat();
+            let path = [path, &[(below(tree, child), bounds.corners)]].concat();
             if let Child::Node(node) = child {
                 walk(tree, node, &path, found);
             }

@@ -226,7 +226,7 @@ fn counts_are_those_of_the_twin() {
                 } else {
                     traced.twin().closest(r).1
                 };
-                let counts = |t: &Tests| (t.boxes, t.triangles);
+                let counts = |t: &Tests| (t.boxes, t.oriented, t.triangles);
                 assert_eq!(counts(&tests[i]), counts(&twin), "boxes, triangles: {options:?}, ray {i}: {r:?}");
             }
         }

@@ -4,7 +4,7 @@ use super::super::validate::Box64;
 use super::survey::Survey;
 use super::{Budget, Chance};
 use crate::abi::{Aabb, INVALID};
-use crate::bvh::Child;
+use crate::bvh::{Child, Volume};
 use rayon::prelude::*;
 
 /// Lines a task.
@@ -57,6 +57,7 @@ fn disc(chance: &mut Chance) -> [f64; 2] {
 }
 
 /// A line made ready for boxes.
+#[derive(Clone, Copy)]
 struct Slabs {
     origin: [f64; 3],
     /// Infinite where the line keeps its distance from a pair of faces; NaN comes of it where it runs in one, which the
@@ -67,6 +68,17 @@ struct Slabs {
 impl Slabs {
     fn new(line: &Line) -> Self {
         Self { origin: line.origin, inverse: line.direction.map(|d| 1.0 / d) }
+    }
+
+    /// Those of the line as the corners of `volume` are.
+    fn within(&self, line: &Line, volume: &Volume) -> Self {
+        match volume.frame {
+            None => *self,
+            Some(_) => Self::new(&Line {
+                origin: volume.within(line.origin),
+                direction: volume.within(line.direction),
+            }),
+        }
     }
 
     fn meets(&self, b: &Box64) -> bool {
@@ -104,9 +116,9 @@ impl Survey<'_> {
         let (mut leaves, mut tests) = (0, 0);
         stack.extend(Some(self.tree.root).filter(|root| *root != INVALID));
         while let Some(node) = stack.pop() {
-            for (child, bounds) in self.tree.children(&self.tree.nodes[node as usize]) {
+            for (child, volume) in self.tree.children(&self.tree.nodes[node as usize]) {
                 tests += 1;
-                if slabs.meets(&bounds) {
+                if slabs.within(line, &volume).meets(&volume.corners) {
                     match child {
                         Child::Node(node) => stack.push(node),
                         Child::Leaf { .. } => leaves += 1,

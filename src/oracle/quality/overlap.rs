@@ -3,7 +3,8 @@
 use super::super::validate::Box64;
 use super::survey::{Corners, Leaf, Survey, area_of, box_of, child_count};
 use super::{Budget, Chance};
-use crate::bvh::Child;
+use crate::bvh::frame::is_oriented;
+use crate::bvh::{Child, Volume};
 use rayon::prelude::*;
 
 /// Leaves a task.
@@ -44,8 +45,11 @@ struct Home {
 }
 
 impl Survey<'_> {
-    /// By its definition. None where it takes more than `budget`.
+    /// By its definition. None where it takes more than `budget`, or where boxes are oriented.
     pub fn overlap(&self, budget: &Budget) -> Option<Overlap> {
+        if self.tree.nodes.iter().any(|n| is_oriented(n.frame)) {
+            return None;
+        }
         let chunk = |(i, leaves): (usize, &[Leaf])| {
             let mut clip = Clip::default();
             let mut sums = [0.0; 2];
@@ -54,7 +58,10 @@ impl Survey<'_> {
                     let triangle = Triangle::new(self.corners(place));
                     if triangle.area > 0.0 {
                         let home = Home { rank: rank as u32, first: leaf.first };
-                        let met = self.met(home, |region| clip.area_inside(&triangle, region));
+                        let met = self.met(home, |region, volume| {
+                            let region = region.map_or(volume.corners, |r| common(r, &volume.corners));
+                            (clip.area_inside(&triangle, &region), region)
+                        });
                         budget.spend(met.tests)?;
                         sums = [sums[0] + met.boxes, sums[1] + met.triangles];
                     }
@@ -84,7 +91,9 @@ impl Survey<'_> {
                     let mut chance = Chance::new(POINTS, 2 * stratum + k);
                     let at = (stratum as f64 + chance.share()) / strata as f64 * self.surface;
                     let (home, point) = self.point(at, &mut chance);
-                    let met = self.met(home, |region| f64::from(u8::from(holds(region, &point))));
+                    let met = self.met(home, |_: Option<&()>, volume| {
+                        (f64::from(u8::from(holds(&volume.corners, &volume.within(point)))), ())
+                    });
                     budget.spend(met.tests)?;
                     *cost = [self.box_cost(met.boxes), self.triangle_cost(met.triangles)];
                 }
@@ -129,23 +138,24 @@ impl Survey<'_> {
         (Home { rank: rank as u32, first: leaf.first }, point)
     }
 
-    /// Sums over the nodes that don't hold the triangle at `home` what is `inside` each one's box.
-    fn met(&self, home: Home, mut inside: impl FnMut(&Box64) -> f64) -> Sums {
+    /// Sums over the nodes that don't hold the triangle at `home` what is `inside` each one's box: told the region that
+    /// is left of the boxes above and the box, it says how much, and what region is left.
+    fn met<R>(&self, home: Home, mut inside: impl FnMut(Option<&R>, &Volume) -> (f64, R)) -> Sums {
         let mut sums = Sums::default();
         self.descend(home, self.tree.root, None, &mut inside, &mut sums);
         sums
     }
 
     /// [`Self::met`] below `node`: cut by `region`, or none where it holds the triangle.
-    fn descend(
+    fn descend<R>(
         &self,
         home: Home,
         node: u32,
-        region: Option<&Box64>,
-        inside: &mut impl FnMut(&Box64) -> f64,
+        region: Option<&R>,
+        inside: &mut impl FnMut(Option<&R>, &Volume) -> (f64, R),
         sums: &mut Sums,
     ) {
-        for (child, bounds) in self.tree.children(&self.tree.nodes[node as usize]) {
+        for (child, volume) in self.tree.children(&self.tree.nodes[node as usize]) {
             sums.tests += 1;
             if region.is_none() && self.is_below(home.rank, home.first, child) {
                 if let Child::Node(node) = child {
@@ -153,14 +163,13 @@ impl Survey<'_> {
                 }
                 continue;
             }
-            let bounds = region.map_or(bounds, |region| common(region, &bounds));
-            let part = inside(&bounds);
+            let (part, left) = inside(region, &volume);
             if part > 0.0 {
                 match child {
                     Child::Leaf { count, .. } => sums.triangles += part * f64::from(count),
                     Child::Node(node) => {
                         sums.boxes += part * child_count(&self.tree.nodes[node as usize]) as f64;
-                        self.descend(home, node, Some(&bounds), inside, sums);
+                        self.descend(home, node, Some(&left), inside, sums);
                     }
                 }
             }

@@ -22,7 +22,7 @@ fn node(children: &[(u32, u32, u32)]) -> Node {
         lo: [u32::MAX; 3],
         hi: [0; 3],
         children: [INVALID; 4],
-        pad: [0; 2],
+        frame: [0; 2],
     };
     for (k, (from, to, child)) in children.iter().enumerate() {
         let byte = 0xff << (8 * k);

@@ -1,0 +1,91 @@
+//! DiTO: a small oriented box of every child of a packed tree, from extremal points that climb from the leaves
+//! \[LARSSON11, VEVERKOVA24\].
+//! Differs: of packed nodes, not of the binary tree; each node's points climb once; tolerances are relative; what
+//! becomes of the frames is [`super::orient`]'s business.
+
+use super::{Build, Bvh, Result};
+use crate::abi::{
+    DitoExtremesArgs, DitoFitArgs, DitoParentsArgs, Pair, Range, SPEC_ITEMS, SPEC_LEAF_BITS, SPEC_POINTS,
+    SPEC_WG, WIDTH,
+};
+use crate::device::Buffer;
+use crate::kernels;
+
+/// What is known of every slot, a child of a packed node: slot 4 i + k is child k of node i; the root's comes last.
+pub(super) struct Slots {
+    /// Slot above each node.
+    pub parents: Buffer<u32>,
+    /// k extremal points a slot, three floats each.
+    pub points: Buffer<u32>,
+    /// Triangles of each.
+    pub ranges: Buffer<Range>,
+    /// Frame of the least box of each.
+    pub frames: Buffer<Pair>,
+}
+
+/// Slots of a tree of `nodes` packed nodes, the root's among them.
+pub(super) fn slots_of(nodes: usize) -> usize {
+    WIDTH as usize * nodes + 1
+}
+
+/// Finds the frame of every slot of `bvh` from `points` extremal points: 12, 14, 20 or 26.
+pub(super) fn fit(build: &mut Build<'_>, bvh: &Bvh, points: u32) -> Result<Slots> {
+    let shape = build.device.shape().clone();
+    let nodes = bvh.nodes.len();
+    let (count, slots) = (nodes as u32, slots_of(nodes));
+    // Of a slot its points, extent, range and frame; of a node where it hangs, who has arrived, and its frame.
+    let bytes = slots as u64 * (12 * u64::from(points) + 40) + 16 * nodes as u64;
+    build.device.require_memory(&format!("orienting {nodes} nodes"), bytes)?;
+    let found = Slots {
+        parents: build.buffer("dito.parents", nodes)?,
+        points: build.buffer("dito.points", slots * 3 * points as usize)?,
+        ranges: build.buffer("dito.ranges", slots)?,
+        frames: build.buffer("dito.frames", slots)?,
+    };
+    let arrived = build.buffer::<u32>("dito.arrived", nodes)?;
+    let tile = shape.workgroup * shape.items;
+    let constants = [
+        (SPEC_WG, shape.workgroup),
+        (SPEC_ITEMS, shape.items),
+        (SPEC_POINTS, points),
+        (SPEC_LEAF_BITS, bvh.leaf_bits),
+    ];
+    let mut rec = build.recorder()?;
+    rec.fill(&arrived, nodes, 0);
+    // Slots without a child have no triangles.
+    rec.fill(&found.ranges, slots, 0);
+    rec.dispatch(
+        &kernels::DITO_PARENTS,
+        &constants[..2],
+        count.div_ceil(tile),
+        DitoParentsArgs { nodes: bvh.nodes.ptr(), parents: found.parents.ptr_mut(), count, root: bvh.root },
+    )?;
+    rec.dispatch(
+        &kernels::DITO_EXTREMES,
+        &constants,
+        count.div_ceil(tile),
+        DitoExtremesArgs {
+            nodes: bvh.nodes.ptr(),
+            triangles: bvh.triangles.ptr().cast(),
+            parents: found.parents.ptr(),
+            arrived: arrived.ptr_shared(),
+            points: found.points.ptr_shared().cast(),
+            ranges: found.ranges.ptr_shared(),
+            count,
+            anchor: bvh.anchor,
+        },
+    )?;
+    rec.dispatch(
+        &kernels::DITO_FIT,
+        &constants[..3],
+        (slots as u32).div_ceil(tile),
+        DitoFitArgs {
+            points: found.points.ptr().cast(),
+            ranges: found.ranges.ptr(),
+            frames: found.frames.ptr_mut(),
+            slots: slots as u32,
+        },
+    )?;
+    build.run(rec)?;
+    Ok(found)
+}

@@ -1,0 +1,102 @@
+//! Frames of small boxes: the twin against boxes whose best frame is known; the device against the twin through whole
+//! trees (see `orient`).
+
+#![allow(clippy::unwrap_used)]
+
+use crate::soup::Random;
+use boxwood::bvh::frame::Frame;
+use boxwood::oracle::dito::{directions, extent, fitted, frame_words};
+use glam::{DMat3, DQuat, Vec3};
+
+/// Numbers of extremal points.
+const POINTS: [u32; 4] = [12, 14, 20, 26];
+
+fn rotation(random: &mut Random) -> DMat3 {
+    let [x, y, z, w] = [(); 4].map(|()| f64::from(random.unit()));
+    DMat3::from_quat(DQuat::from_xyzw(x, y, z, w + 1e-3).normalize())
+}
+
+/// What a slot holds of a set.
+fn extremes(all: &[Vec3], points: u32) -> Vec<Vec3> {
+    if all.len() <= points as usize {
+        return all.iter().copied().cycle().take(points as usize).collect();
+    }
+    let by = |d: Vec3| move |a: &&Vec3, b: &&Vec3| d.dot(**a).total_cmp(&d.dot(**b));
+    let of = |d: Vec3| [*all.iter().min_by(by(d)).unwrap(), *all.iter().max_by(by(d)).unwrap()];
+    directions(points).into_iter().flat_map(of).collect()
+}
+
+/// Half area of the box in a frame, as it is in unit space.
+fn area(words: [u32; 2], all: &[Vec3]) -> f64 {
+    let frame = Frame::of(words);
+    let b = extent(frame.rows, all);
+    let [x, y, z]: [f64; 3] = std::array::from_fn(|k| f64::from(b.hi[k] - b.lo[k]));
+    (x * y + y * z + z * x) / f64::from(frame.stretch()).powi(2)
+}
+
+#[test]
+fn any_rotation_comes_back() {
+    let mut random = Random(1);
+    for _ in 0..2000 {
+        let m = rotation(&mut random);
+        let rows: [Vec3; 3] = std::array::from_fn(|k| m.row(k).as_vec3());
+        let frame = Frame::of(frame_words(rows));
+        assert!(frame.rodrigues.abs().max_element() < 0.4143, "{frame:?}");
+        // The same three axes, in any order and of any sign.
+        for row in frame.rows {
+            let best = rows.iter().map(|r| r.dot(row / frame.stretch()).abs()).fold(0.0, f32::max);
+            assert!(best > 1.0 - 1e-6, "{row} of {rows:?}: {best}");
+        }
+    }
+    assert_eq!(frame_words([-Vec3::Z, Vec3::X, -Vec3::Y]), [0; 2], "the axes themselves");
+}
+
+/// Corners of a box of these edges, turned and moved.
+fn turned_box(edges: [f64; 3], random: &mut Random) -> Vec<Vec3> {
+    let (m, at) = (rotation(random), Vec3::from_array(random.point()));
+    let corner =
+        |i: usize| glam::DVec3::from_array(std::array::from_fn(|k| edges[k] * ((i >> k & 1) as f64 - 0.5)));
+    (0..8).map(|i| (m * corner(i)).as_vec3() + at).collect()
+}
+
+#[test]
+fn turned_boxes_are_found() {
+    let mut random = Random(2);
+    for points in POINTS {
+        for edges in [[1.0, 0.3, 0.1], [1.0, 0.5, 0.5], [1.0, 1e-3, 1e-3], [0.01, 0.005, 1e-4]] {
+            for _ in 0..200 {
+                let all = turned_box(edges, &mut random);
+                let found = area(fitted(&extremes(&all, points)), &all);
+                let least = edges[0] * edges[1] + edges[1] * edges[2] + edges[2] * edges[0];
+                let axes = area([0; 2], &all);
+                assert!(found <= axes * (1.0 + 1e-5), "{points}, {edges:?}: {found} and {axes}");
+                // The points are corners of the box, but not always one of its faces.
+                if points != 12 {
+                    let slack = 1e-4 + 1e-5 / (edges[2] / edges[0]);
+                    assert!(found <= least * (1.0 + slack), "{points}, {edges:?}: {found} and {least}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn triangles_quads_and_lines_are_flat() {
+    let mut random = Random(3);
+    for points in POINTS {
+        for _ in 0..300 {
+            let triangle: Vec<Vec3> = (0..3).map(|_| Vec3::from_array(random.point())).collect();
+            let [a, b, c]: [Vec3; 3] = triangle.clone().try_into().unwrap();
+            let twice = f64::from((b - a).cross(c - a).length());
+            let found = area(fitted(&extremes(&triangle, points)), &triangle);
+            // A rectangle around a triangle on one of its edges has twice the triangle's area.
+            assert!(found <= twice * 1.001 + 1e-5, "{points}: {found} and {twice}");
+
+            let line: Vec<Vec3> = (0..4).map(|i| a + (b - a) * i as f32).collect();
+            let length = f64::from((b - a).length() * 3.0);
+            let found = area(fitted(&extremes(&line, points)), &line);
+            assert!(found <= 1e-5 * length * length, "{points}: {found}, a line of {length}");
+        }
+        assert_eq!(fitted(&extremes(&[Vec3::ONE; 5], points)), [0; 2], "a point");
+    }
+}
