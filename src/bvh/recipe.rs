@@ -145,7 +145,7 @@ impl Default for Recipe {
             radius: 8,
             collapse,
             fit: Fit::Aabb,
-            oriented_cost: 6.75,
+            oriented_cost: 6.0,
         }
     }
 }
