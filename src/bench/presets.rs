@@ -1,6 +1,6 @@
 //! Presets of the benchmark: `scenes/bench.toml`, in which an entry takes what it doesn't say from its parent.
 
-use crate::bvh::{Builder, Collapse, Fit, Morton, Recipe};
+use crate::bvh::{Collapse, Fit, Method, Morton, Recipe};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
@@ -211,24 +211,24 @@ impl Presets {
             .find(|m| m.name() == morton)
             .ok_or_else(|| wrong("morton", morton, "see `boxwood build --help`"))?;
         let builder = r.builder.ok_or_else(missing("builder"))?;
-        let builder = Builder::ALL
-            .into_iter()
-            .find(|b| b.name() == builder)
-            .ok_or_else(|| wrong("builder", builder, "see `boxwood build --help`"))?;
+        let method =
+            Method::named(&builder).ok_or_else(|| wrong("builder", builder, "see `boxwood build --help`"))?;
         let collapse = Collapse {
             traversal_cost: r.traversal_cost.ok_or_else(missing("traversal-cost"))?,
             node_cost: r.node_cost.ok_or_else(missing("node-cost"))?,
             triangle_cost: r.triangle_cost.ok_or_else(missing("triangle-cost"))?,
             max_leaf: r.max_leaf.ok_or_else(missing("max-leaf"))?,
         };
-        let fit = r.fit.ok_or_else(missing("fit"))?;
-        let fit = Fit::ALL
-            .into_iter()
-            .find(|f| f.name() == fit)
-            .ok_or_else(|| wrong("fit", fit, "see `boxwood build --help`"))?;
+        let fit = match r.fit {
+            None => method.fit,
+            Some(fit) => Fit::ALL
+                .into_iter()
+                .find(|f| f.name() == fit)
+                .ok_or_else(|| wrong("fit", fit, "see `boxwood build --help`"))?,
+        };
         let radius = r.radius.ok_or_else(missing("radius"))?;
         let oriented_cost = r.oriented_cost.ok_or_else(missing("oriented-cost"))?;
-        let recipe = Recipe { builder, morton, radius, collapse, fit, oriented_cost };
+        let recipe = Recipe { builder: method.builder, morton, radius, collapse, fit, oriented_cost };
         recipe.check().map_err(|e| wrong("a value", e.to_string(), "see `boxwood build --help`"))?;
         Ok(recipe)
     }
@@ -282,7 +282,7 @@ mod tests {
     #[test]
     fn children_say_what_differs() {
         let text = "[recipes.a]\nbuilder='ploc'\nmorton='30'\nradius=4\ntraversal-cost=1\nnode-cost=1\ntriangle-cost=1\nmax-leaf=4\n\
-                    fit='aabb'\noriented-cost=5\n\
+                    oriented-cost=5\n\
                     [recipes.b]\nparent='a'\nradius=9\n[recipes.c]\nparent='b'\nmorton='63'\n\
                     [recipes.o]\nparent='p'\n[recipes.p]\nparent='o'\n[recipes.s]\nmorton='30'\n\
                     [recipes.w]\nparent='a'\nradius=999\n[presets]";

@@ -1,12 +1,14 @@
 //! Builds trees on the device: `morton → sort → ploc → collapse → layout`. Knows no files and no command line.
 //! Instead of `ploc` stands `lbvh`, or `binned` instead of all before `collapse`; `dito → orient` may follow `layout`.
 
+pub mod bases;
 pub mod binned;
 mod collapse;
 mod dito;
 pub mod frame;
 mod layout;
 mod lbvh;
+mod method;
 mod morton;
 mod orient;
 mod ploc;
@@ -16,6 +18,8 @@ mod recipe;
 mod sort;
 mod tree;
 
+pub use bases::{Bases, Generator};
+pub use method::Method;
 pub(crate) use radix::Radix;
 pub use recipe::{Builder, Collapse, Fit, Morton, Recipe};
 pub use tree::{Bvh, Child, HostTree, SceneBuffers, Volume, leaf_bits};

@@ -1,23 +1,19 @@
 //! Arguments that several subcommands share, and what they mean to the library.
 
-use crate::bvh::{Builder, Collapse, Fit, Morton, Recipe};
+use crate::bvh::{Collapse, Fit, Method, Morton, Recipe};
 use crate::scene::Transform;
 use crate::trace::{Precision, RayOrder};
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
 use std::path::PathBuf;
 
-impl ValueEnum for Builder {
+impl ValueEnum for Method {
     fn value_variants<'a>() -> &'a [Self] {
-        &Self::ALL
+        Self::ALL
     }
 
     fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(PossibleValue::new(self.name()).help(match self {
-            Self::Ploc => "Parallel locally-ordered clustering over Morton order",
-            Self::Lbvh => "The radix tree over the Morton codes: faster, a worse tree",
-            Self::Binned => "Top-down by the surface area heuristic, on the CPU: slower, a better tree",
-        }))
+        Some(PossibleValue::new(self.name).help(self.what))
     }
 }
 
@@ -158,17 +154,17 @@ fn scale(text: &str) -> Result<f64, String> {
 #[derive(Debug, clap::Args)]
 pub(super) struct RecipeArgs {
     /// Builder.
-    #[arg(long, value_enum, default_value_t = Recipe::default().builder)]
-    builder: Builder,
+    #[arg(long, value_enum, default_value_t = Method::ALL[0])]
+    builder: Method,
     /// PLOC's search radius, clusters to either side: 1–128.
     #[arg(long, value_name = "N", default_value_t = Recipe::default().radius, value_parser = clap::value_parser!(u32).range(1..=128))]
     radius: u32,
     /// Morton codes.
     #[arg(long, value_enum, default_value_t = Recipe::default().morton)]
     morton: Morton,
-    /// Boxes of nodes.
-    #[arg(long, value_enum, default_value_t = Recipe::default().fit)]
-    fit: Fit,
+    /// Boxes of nodes, instead of the builder's own.
+    #[arg(long, value_enum)]
+    fit: Option<Fit>,
     /// Cost of visiting an oriented node, beside --node-cost: oriented boxes stay where they cost less.
     #[arg(long, value_name = "cO", default_value_t = Recipe::default().oriented_cost, value_parser = cost)]
     oriented_cost: f32,
@@ -190,7 +186,8 @@ impl RecipeArgs {
         let (traversal_cost, triangle_cost) = self.costs;
         let Self { builder, morton, radius, fit, oriented_cost, node_cost, max_leaf, .. } = *self;
         let collapse = Collapse { traversal_cost, node_cost, triangle_cost, max_leaf };
-        Recipe { builder, morton, radius, collapse, fit, oriented_cost }
+        let fit = fit.unwrap_or(builder.fit);
+        Recipe { builder: builder.builder, morton, radius, collapse, fit, oriented_cost }
     }
 }
 

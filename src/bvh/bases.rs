@@ -1,0 +1,171 @@
+//! Bases of oriented discrete orientation polytopes: rotations fixed before the build. \[VEVERKOVA24, 4.2\]
+//! Differs: each is kept as the words of a packed node's frame, so it is brought into the domain of least rotations that
+//! every box has one of (components within √2 − 1, sum within 1), where the printed generators stay in one octant.
+
+use super::frame::{STEPS, words};
+use glam::{DMat3, DVec3};
+
+/// Where bases come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Generator {
+    /// Rodrigues vectors on a grid of the unit cube, from 0: the first is no rotation.
+    #[default]
+    Grid,
+    /// Random ones in the unit cube: no axis-aligned basis among them.
+    Uniform,
+    /// Random ones on the unit sphere: likewise.
+    Sphere,
+    /// No rotation, and points spread evenly over the domain of all box orientations.
+    Zone,
+}
+
+impl Generator {
+    /// Every choice.
+    pub const ALL: [Self; 4] = [Self::Grid, Self::Uniform, Self::Sphere, Self::Zone];
+
+    /// As arguments and reports have it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Grid => "grid",
+            Self::Uniform => "uniform",
+            Self::Sphere => "sphere",
+            Self::Zone => "zone",
+        }
+    }
+}
+
+/// A set of bases.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Bases {
+    /// Where they come from.
+    pub generator: Generator,
+    /// Degree D: there are D³. 1–8.
+    pub degree: u32,
+}
+
+impl Bases {
+    /// The words of their frames, D³ of them; of no rotation \[0, 0\].
+    pub fn frames(self) -> Vec<[u32; 2]> {
+        let count = self.degree.pow(3);
+        (0..count).map(|i| frame_words(self.rodrigues(i))).collect()
+    }
+
+    /// The i-th Rodrigues vector, as generated.
+    fn rodrigues(self, i: u32) -> DVec3 {
+        let d = self.degree;
+        let random = |k| f64::from(hash(3 * i + k)) / 4_294_967_296.0;
+        match self.generator {
+            Generator::Grid => {
+                let [x, y, z] = [i % d, i / d % d, i / (d * d)].map(|k| f64::from(k) / f64::from(d));
+                // Q = (I − A)(I + A)⁻¹ of the printed A is the rotation of this vector.
+                DVec3::new(x, -y, z)
+            }
+            Generator::Uniform => DVec3::new(random(0), -random(1), random(2)),
+            Generator::Sphere => {
+                let (z, turn) = (2.0 * random(0) - 1.0, std::f64::consts::TAU * random(1));
+                let radius = (1.0 - z * z).sqrt();
+                DVec3::new(radius * turn.cos(), radius * turn.sin(), z)
+            }
+            Generator::Zone => in_zone(i),
+        }
+    }
+}
+
+/// The i-th of the points of the Halton sequence of bases 2, 3 and 5 that lie in the domain; the 0th is 0.
+fn in_zone(i: u32) -> DVec3 {
+    let reach = 2.0 * (std::f64::consts::SQRT_2 - 1.0);
+    let point = |n| DVec3::new(inverse(n, 2), inverse(n, 3), inverse(n, 5)) - 0.5;
+    let mut within = (1..).map(point).map(|p| p * reach).filter(|p| p.abs().element_sum() <= 1.0);
+    match i {
+        0 => DVec3::ZERO,
+        _ => within.nth(i as usize - 1).unwrap_or(DVec3::ZERO),
+    }
+}
+
+/// The radical inverse of n.
+fn inverse(mut n: u32, base: u32) -> f64 {
+    let (mut sum, mut place) = (0.0, 1.0);
+    while n > 0 {
+        place /= f64::from(base);
+        sum += place * f64::from(n % base);
+        n /= base;
+    }
+    sum
+}
+
+/// 32 bits that look random, the same everywhere \[PCG\].
+fn hash(n: u32) -> u32 {
+    let state = n.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+    let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);
+    word >> 22 ^ word
+}
+
+/// The words of the rotation to axes like those of Rodrigues vector `r`, in an order and of signs that make it least.
+fn frame_words(r: DVec3) -> [u32; 2] {
+    // Rows of the rotation, scaled by 1 + r·r.
+    let (s, twice) = (1.0 - r.length_squared(), 2.0 * r);
+    let cross = [[0.0, -twice.z, twice.y], [twice.z, 0.0, -twice.x], [-twice.y, twice.x, 0.0]];
+    let row = |i: usize| {
+        DVec3::from_array(std::array::from_fn(|k| {
+            f64::from(u8::from(i == k)) * s + twice[i] * r[k] + cross[i][k]
+        })) / (1.0 + r.length_squared())
+    };
+    let axes = [row(0), row(1), row(2)];
+    let orders = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
+    let turned = orders.map(|order: [usize; 3]| {
+        let axis = |k: usize| axes[order[k]] * axes[order[k]][k].signum();
+        DMat3::from_cols(axis(0), axis(1), axis(2)).transpose()
+    });
+    let trace = |m: &DMat3| m.x_axis.x + m.y_axis.y + m.z_axis.z;
+    let least = turned.iter().fold(turned[0], |a, b| if trace(b) > trace(&a) + 1e-12 { *b } else { a });
+    let over = 1.0 / (1.0 + trace(&least));
+    let vector = DVec3::new(
+        least.y_axis.z - least.z_axis.y,
+        least.z_axis.x - least.x_axis.z,
+        least.x_axis.y - least.y_axis.x,
+    ) * over;
+    words(vector.to_array().map(|x| (x * f64::from(STEPS)).round() as i32))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bvh::frame::Frame;
+    use std::collections::HashSet;
+
+    fn all() -> impl Iterator<Item = Bases> {
+        Generator::ALL
+            .into_iter()
+            .flat_map(|generator| (1..=8).map(move |degree| Bases { generator, degree }))
+    }
+
+    #[test]
+    fn bases_are_distinct_and_in_the_domain() {
+        for bases in all() {
+            let frames = bases.frames();
+            assert_eq!(frames.len(), bases.degree.pow(3) as usize);
+            assert_eq!(frames.iter().collect::<HashSet<_>>().len(), frames.len(), "{bases:?}");
+            for words in frames {
+                let r = Frame::of(words).rodrigues.abs();
+                assert!(r.max_element() < 0.414_22 && r.element_sum() < 1.000_01, "{bases:?} {r}");
+            }
+        }
+    }
+
+    #[test]
+    fn grid_and_zone_begin_with_no_rotation() {
+        for bases in all() {
+            let first = bases.frames()[0];
+            let identity = matches!(bases.generator, Generator::Grid | Generator::Zone);
+            assert_eq!(first == [0; 2], identity, "{bases:?}");
+        }
+    }
+
+    #[test]
+    fn turning_axes_about_changes_no_frame() {
+        // A quarter turn about z, then a little about x: the same boxes as the little alone in turned axes.
+        let little = DVec3::new(0.1, 0.0, 0.0);
+        assert_eq!(frame_words(little), words([209_715, 0, 0]));
+        assert_eq!(frame_words(DVec3::new(0.0, 0.0, 1.0)), [0; 2], "a quarter turn");
+    }
+}

@@ -1,0 +1,68 @@
+//! Builders by name: what makes the binary tree and which boxes its nodes get, as users choose them together.
+
+use super::{Builder, Fit};
+
+/// A builder as arguments, presets and reports name it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Method {
+    /// As typed.
+    pub name: &'static str,
+    /// What it is, for help.
+    pub what: &'static str,
+    /// What makes the binary tree.
+    pub builder: Builder,
+    /// Boxes of its nodes.
+    pub fit: Fit,
+}
+
+const fn method(name: &'static str, what: &'static str, builder: Builder, fit: Fit) -> Method {
+    Method { name, what, builder, fit }
+}
+
+const DITO: &str = "ploc's tree, with oriented boxes by DiTO where they cost less";
+
+impl Method {
+    /// All of them; the first is the default.
+    pub const ALL: &[Self] = &[
+        method("ploc", "Parallel locally-ordered clustering over Morton order", Builder::Ploc, Fit::Aabb),
+        method(
+            "lbvh",
+            "The radix tree over the Morton codes: faster, a worse tree",
+            Builder::Lbvh,
+            Fit::Aabb,
+        ),
+        method(
+            "sah",
+            "Top-down by the surface area heuristic, on the CPU: slower, a better tree",
+            Builder::Binned,
+            Fit::Aabb,
+        ),
+        method("dito", DITO, Builder::Ploc, Fit::Dito(14)),
+        method("dito12", DITO, Builder::Ploc, Fit::Dito(12)),
+        method("dito14", DITO, Builder::Ploc, Fit::Dito(14)),
+        method("dito20", DITO, Builder::Ploc, Fit::Dito(20)),
+        method("dito26", DITO, Builder::Ploc, Fit::Dito(26)),
+    ];
+
+    /// The one of this name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|m| m.name == name)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bvh::Recipe;
+
+    #[test]
+    fn names_are_distinct_and_recipes_sound() {
+        for (i, m) in Method::ALL.iter().enumerate() {
+            assert_eq!(Method::ALL.iter().position(|o| o.name == m.name), Some(i));
+            let recipe = Recipe { builder: m.builder, fit: m.fit, ..Recipe::default() };
+            assert!(recipe.check().is_ok(), "{}", m.name);
+        }
+        let first = Method::ALL[0];
+        assert_eq!((first.builder, first.fit), (Recipe::default().builder, Recipe::default().fit));
+    }
+}
