@@ -1,7 +1,8 @@
 // One invocation ITEMS slots: the frame in which the box of the slot's extremal points is least, of those that DiTO tries
 // [LARSSON11]: a face or an edge of the box lies along a large triangle of the points, or of the two tetrahedra on it.
 // Reads points, ranges. Keeps: the same bits everywhere. Differs: tolerances are relative; a line keeps a box along it,
-// and a flat set that of its triangle; the frame is rounded (lib/frame.glsl).
+// and a flat set that of its triangle; the large triangle begins with the point farthest from the first and the one
+// farthest from that, for corners of small leaves come in no pairs; the frame is rounded (lib/frame.glsl).
 #include "lib/points.glsl"
 #include "lib/box.glsl"
 #include "lib/within.glsl"
@@ -33,6 +34,20 @@ void try_edge(vec3 normal, vec3 edge) {
     if (unit(outer(normal, edge), across)) try_frame(Frame(outer(edge, across), edge, across));
 }
 
+vec3 farthest_from(vec3 p, out float distance) {
+    vec3 far = p;
+    distance = -1.0;
+    [[unroll]] for (uint k = 0; k < POINTS; ++k) {
+        precise vec3 v = e[k] - p;
+        float square = along(v, v);
+        if (square > distance) {
+            distance = square;
+            far = e[k];
+        }
+    }
+    return far;
+}
+
 vec3 farthest_from_line(vec3 p, vec3 edge, out float distance) {
     vec3 far = e[0];
     distance = -1.0;
@@ -50,20 +65,13 @@ vec3 farthest_from_line(vec3 p, vec3 edge, out float distance) {
 
 // Leaves the axes of the scene where nothing is less.
 void search_frames() {
-    vec3 p0 = e[0], p1 = e[1];
-    float longest = -1.0;
-    [[unroll]] for (uint j = 0; j < POINTS / 2; ++j) {
-        precise vec3 across = e[2 * j] - e[2 * j + 1];
-        float square = along(across, across);
-        if (square > longest) {
-            longest = square;
-            p0 = e[2 * j];
-            p1 = e[2 * j + 1];
-        }
-    }
+    // Farther apart than the extremal points of any direction, or hardly nearer.
+    float longest;
+    vec3 p0 = farthest_from(e[0], longest);
+    vec3 p1 = farthest_from(p0, longest);
     precise vec3 base = p0 - p1;
     vec3 edge;
-    if (!(longest > 0.0) || !unit(base, edge)) return;
+    if (!unit(base, edge)) return;
     float off_line;
     vec3 p2 = farthest_from_line(p0, edge, off_line);
     precise vec3 v1 = p1 - p2, v2 = p2 - p0;

@@ -364,6 +364,19 @@ abi! {
         /// Slots.
         slots: u32,
     }
+    @kernel "dito/improve"
+    struct DitoImproveArgs {
+        /// From `dito/extremes`.
+        points: Ptr<Pair>,
+        /// From `dito/extremes`.
+        ranges: Ptr<Range>,
+        /// From `dito/fit`.
+        frames: PtrMut<Pair>,
+        /// Slots.
+        slots: u32,
+        /// Boxes tried.
+        evaluations: u32,
+    }
     @kernel "orient/choose"
     struct OrientChooseArgs {
         /// The packed tree.

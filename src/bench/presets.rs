@@ -88,6 +88,7 @@ entry! {
     RecipeEntry ("builder") {
         builder: String, morton: String, radius: u32, traversal_cost: f32, node_cost: f32,
         triangle_cost: f32, max_leaf: u32, fit: String, oriented_cost: f32,
+        local_search: u32,
     }
 }
 entry! {
@@ -228,7 +229,9 @@ impl Presets {
         };
         let radius = r.radius.ok_or_else(missing("radius"))?;
         let oriented_cost = r.oriented_cost.ok_or_else(missing("oriented-cost"))?;
-        let recipe = Recipe { builder: method.builder, morton, radius, collapse, fit, oriented_cost };
+        let local_search = r.local_search.ok_or_else(missing("local-search"))?;
+        let recipe =
+            Recipe { builder: method.builder, morton, radius, collapse, fit, oriented_cost, local_search };
         recipe.check().map_err(|e| wrong("a value", e.to_string(), "see `boxwood build --help`"))?;
         Ok(recipe)
     }

@@ -1,12 +1,13 @@
 //! DiTO: a small oriented box of every child of a packed tree, from extremal points that climb from the leaves
 //! \[LARSSON11, VEVERKOVA24\].
+//! A local search may follow each fit, which the printed algorithm lacks.
 //! Differs: of packed nodes, not of the binary tree; each node's points climb once; tolerances are relative; what
 //! becomes of the frames is [`super::orient`]'s business.
 
 use super::{Build, Bvh, Result};
 use crate::abi::{
-    DitoExtremesArgs, DitoFitArgs, DitoParentsArgs, Pair, Range, SPEC_ITEMS, SPEC_LEAF_BITS, SPEC_POINTS,
-    SPEC_WG, WIDTH,
+    DitoExtremesArgs, DitoFitArgs, DitoImproveArgs, DitoParentsArgs, Pair, Range, SPEC_ITEMS, SPEC_LEAF_BITS,
+    SPEC_POINTS, SPEC_WG, WIDTH,
 };
 use crate::device::Buffer;
 use crate::kernels;
@@ -28,7 +29,8 @@ pub(super) fn slots_of(nodes: usize) -> usize {
     WIDTH as usize * nodes + 1
 }
 
-/// Finds the frame of every slot of `bvh` from `points` extremal points: 12, 14, 20 or 26.
+/// Finds the frame of every slot of `bvh` from `points` extremal points: 12, 14, 20 or 26; the recipe's local
+/// search refines it.
 pub(super) fn fit(build: &mut Build<'_>, bvh: &Bvh, points: u32) -> Result<Slots> {
     let shape = build.device.shape().clone();
     let nodes = bvh.nodes.len();
@@ -86,6 +88,21 @@ pub(super) fn fit(build: &mut Build<'_>, bvh: &Bvh, points: u32) -> Result<Slots
             slots: slots as u32,
         },
     )?;
+    let evaluations = build.recipe.local_search;
+    if evaluations > 0 {
+        rec.dispatch(
+            &kernels::DITO_IMPROVE,
+            &constants[..3],
+            (slots as u32).div_ceil(tile),
+            DitoImproveArgs {
+                points: found.points.ptr().cast(),
+                ranges: found.ranges.ptr(),
+                frames: found.frames.ptr_mut(),
+                slots: slots as u32,
+                evaluations,
+            },
+        )?;
+    }
     build.run(rec)?;
     Ok(found)
 }

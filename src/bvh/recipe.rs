@@ -133,6 +133,8 @@ pub struct Recipe {
     pub fit: Fit,
     /// Cost of visiting an oriented packed node, c_O, in the units of `collapse`; above 0. No less than `node_cost`.
     pub oriented_cost: f32,
+    /// Evaluations of a local search for a smaller box after each fit: 0–1024. More: slower, smaller boxes.
+    pub local_search: u32,
 }
 
 impl Default for Recipe {
@@ -146,6 +148,7 @@ impl Default for Recipe {
             collapse,
             fit: Fit::Aabb,
             oriented_cost: 6.0,
+            local_search: 0,
         }
     }
 }
@@ -164,6 +167,9 @@ impl Recipe {
         }
         if !(1..=MAX_LEAF).contains(&c.max_leaf) {
             return refuse("the largest leaf", c.max_leaf.to_string(), "1 to 64");
+        }
+        if self.local_search > 1024 {
+            return refuse("the local search", self.local_search.to_string(), "0 to 1024 evaluations");
         }
         if !Fit::ALL.contains(&self.fit) {
             return refuse("the number of extremal points", format!("{:?}", self.fit), "12, 14, 20 or 26");

@@ -168,6 +168,9 @@ pub(super) struct RecipeArgs {
     /// Cost of visiting an oriented node, beside --node-cost: oriented boxes stay where they cost less.
     #[arg(long, value_name = "cO", default_value_t = Recipe::default().oriented_cost, value_parser = cost)]
     oriented_cost: f32,
+    /// Evaluations of a local search for a smaller box after each fit by DiTO: 0–1024.
+    #[arg(long, value_name = "N", default_value_t = Recipe::default().local_search, value_parser = clap::value_parser!(u32).range(0..=1024))]
+    local_search: u32,
     /// Triangles that a leaf may hold: 1–64.
     #[arg(long, value_name = "N", default_value_t = Recipe::default().collapse.max_leaf, value_parser = clap::value_parser!(u32).range(1..=64))]
     max_leaf: u32,
@@ -184,10 +187,11 @@ impl RecipeArgs {
     /// The same for the library.
     pub(super) fn recipe(&self) -> Recipe {
         let (traversal_cost, triangle_cost) = self.costs;
-        let Self { builder, morton, radius, fit, oriented_cost, node_cost, max_leaf, .. } = *self;
+        let Self { builder, morton, radius, fit, oriented_cost, local_search, node_cost, max_leaf, .. } =
+            *self;
         let collapse = Collapse { traversal_cost, node_cost, triangle_cost, max_leaf };
         let fit = fit.unwrap_or(builder.fit);
-        Recipe { builder: builder.builder, morton, radius, collapse, fit, oriented_cost }
+        Recipe { builder: builder.builder, morton, radius, collapse, fit, oriented_cost, local_search }
     }
 }
 

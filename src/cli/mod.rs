@@ -10,6 +10,7 @@ mod choices;
 mod devices;
 mod explain;
 mod files;
+mod fits;
 mod image;
 mod query;
 mod render;
@@ -55,6 +56,7 @@ enum Command {
     Query(query::Args),
     Render(render::Args),
     Bench(bench::Args),
+    Fits(fits::Args),
     Scenes(scenes::Args),
 }
 
@@ -68,6 +70,7 @@ pub fn main() -> ExitCode {
         Command::Query(args) => query::run(&cli.global, args),
         Command::Render(args) => render::run(&cli.global, args),
         Command::Bench(args) => bench::run(&cli.global, args),
+        Command::Fits(args) => fits::run(&cli.global, args),
         Command::Scenes(args) => scenes::run(&cli.global, args),
     };
     match done {

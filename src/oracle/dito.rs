@@ -1,5 +1,9 @@
 //! Twin of `glsl/dito/*.comp`: extremal points of every child of a packed node, and the frame of its least box.
 
+mod improve;
+
+pub use improve::improved;
+
 use super::morton::reciprocal;
 use super::rays::{outer, unit};
 use crate::abi::{INVALID, Node, Range};
@@ -76,18 +80,30 @@ fn extremes(all: &[Vec3], directions: &[Vec3]) -> Vec<Vec3> {
     directions.iter().flat_map(of).flatten().collect()
 }
 
+/// What a leaf's slot holds of its corners: as many points as there are ends of `directions`. All of them, again and
+/// again, where there is room: some may be extremal in no direction.
+pub fn kept(all: &[Vec3], directions: &[Vec3]) -> Vec<Vec3> {
+    let wanted = 2 * directions.len();
+    if all.len() <= wanted {
+        all.iter().copied().cycle().take(wanted).collect()
+    } else {
+        extremes(all, directions)
+    }
+}
+
 /// Corners of the triangle at `place`, unit space.
 pub fn corners(tree: &HostTree, anchor: [f32; 3], place: u32) -> [Vec3; 3] {
     tree.corners(place as usize).map(|p| Vec3::from_array(p) - Vec3::from_array(anchor))
 }
 
 /// Every slot: 4 i + k is child k of node i, and the root's comes last.
-pub fn fit(tree: &HostTree, anchor: [f32; 3], points: u32) -> Vec<Slot> {
+/// `local_search` evaluations refine each fit.
+pub fn fit(tree: &HostTree, anchor: [f32; 3], points: u32, local_search: u32) -> Vec<Slot> {
     let mut slots = vec![Slot::default(); 4 * tree.nodes.len() + 1];
     let directions = directions(points);
     climb(tree, anchor, &directions, tree.root, 4 * tree.nodes.len(), &mut slots);
     for slot in slots.iter_mut().filter(|s| s.range.count > 0) {
-        slot.frame = fitted(&slot.points);
+        slot.frame = improved(fitted(&slot.points), &slot.points, local_search);
     }
     slots
 }
@@ -107,15 +123,9 @@ fn climb(tree: &HostTree, anchor: [f32; 3], directions: &[Vec3], node: u32, own:
             Child::Leaf { first, count } => {
                 let below: Vec<Vec3> =
                     (first..first + count).flat_map(|t| corners(tree, anchor, t)).collect();
-                let wanted = 2 * directions.len();
                 all.push(extremes(&below, directions));
                 slots[slot].range = Range { first, count };
-                // All of them where there is room: some may be extremal in no direction.
-                slots[slot].points = if below.len() <= wanted {
-                    below.into_iter().cycle().take(wanted).collect()
-                } else {
-                    extremes(&below, directions)
-                };
+                slots[slot].points = kept(&below, directions);
             }
         }
         let below = &slots[slot];
@@ -130,13 +140,6 @@ fn climb(tree: &HostTree, anchor: [f32; 3], directions: &[Vec3], node: u32, own:
     };
     slots[own].points = (0..directions.len()).flat_map(of).collect();
     slots[own].range = Range { first, count };
-}
-
-/// A box being sought: points less the first of them.
-struct Search {
-    points: Vec<Vec3>,
-    least_area: f32,
-    best: [Vec3; 3],
 }
 
 /// Extent of points along three axes.
@@ -154,26 +157,39 @@ pub fn extent(rows: [Vec3; 3], points: &[Vec3]) -> crate::abi::Aabb {
 
 /// Words of the frame of the least box that DiTO finds around `points`.
 pub fn fitted(points: &[Vec3]) -> [u32; 2] {
-    let axes = [Vec3::X, Vec3::Y, Vec3::Z];
-    let points: Vec<Vec3> = points.iter().map(|p| *p - points[0]).collect();
-    let mut search = Search { points, least_area: f32::MAX, best: axes };
-    search.try_frame(axes);
-    // None where nothing is left to try.
-    let _ = search.search_frames();
-    frame_words(search.best)
-}
-
-impl Search {
-    fn try_frame(&mut self, rows: [Vec3; 3]) {
-        let area = half_area(&extent(rows, &self.points));
-        if area < self.least_area {
-            (self.least_area, self.best) = (area, rows);
+    let points = from_first(points);
+    let (mut least_area, mut best) = (f32::MAX, [Vec3::ZERO; 3]);
+    for rows in candidates(&points) {
+        let area = half_area(&extent(rows, &points));
+        if area < least_area {
+            (least_area, best) = (area, rows);
         }
     }
+    frame_words(best)
+}
 
+/// Points less the first of them.
+fn from_first(points: &[Vec3]) -> Vec<Vec3> {
+    points.iter().map(|p| *p - points[0]).collect()
+}
+
+/// The frames that DiTO tries, the axes of the scene first.
+pub fn candidates(points: &[Vec3]) -> Vec<[Vec3; 3]> {
+    let mut search = Search { points, frames: vec![[Vec3::X, Vec3::Y, Vec3::Z]] };
+    // None where nothing is left to try.
+    let _ = search.search_frames();
+    search.frames
+}
+
+struct Search<'a> {
+    points: &'a [Vec3],
+    frames: Vec<[Vec3; 3]>,
+}
+
+impl Search<'_> {
     fn try_edge(&mut self, normal: Vec3, edge: Vec3) {
         if let Some(across) = unit(outer(normal, edge)) {
-            self.try_frame([outer(edge, across), edge, across]);
+            self.frames.push([outer(edge, across), edge, across]);
         }
     }
 
@@ -185,17 +201,18 @@ impl Search {
         })
     }
 
+    fn farthest_from(&self, p: Vec3) -> (Vec3, f32) {
+        self.farthest(-1.0, p, |q| {
+            let v = q - p;
+            along(v, v)
+        })
+    }
+
     fn search_frames(&mut self) -> Option<()> {
-        let mut longest = (Vec3::ZERO, Vec3::ZERO, -1.0);
-        for pair in self.points.chunks(2) {
-            let across = pair[0] - pair[1];
-            let square = along(across, across);
-            if square > longest.2 {
-                longest = (pair[0], pair[1], square);
-            }
-        }
-        let (p0, p1, longest) = longest;
-        let edge = unit(p0 - p1).filter(|_| longest > 0.0)?;
+        // Farther apart than the extremal points of any direction, or hardly nearer.
+        let (p0, _) = self.farthest_from(self.points[0]);
+        let (p1, longest) = self.farthest_from(p0);
+        let edge = unit(p0 - p1)?;
         let (p2, off_line) = self.farthest(-1.0, self.points[0], |p| {
             let v = p - p0;
             let off = v - edge * along(edge, v);

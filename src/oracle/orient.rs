@@ -23,7 +23,7 @@ pub fn orient(tree: &mut HostTree, anchor: [f32; 3], points: u32, recipe: &Recip
     if tree.root == INVALID {
         return 0;
     }
-    let slots = fit(tree, anchor, points);
+    let slots = fit(tree, anchor, points, recipe.local_search);
     let costs = Costs {
         node: recipe.collapse.node_cost,
         oriented: recipe.oriented_cost,

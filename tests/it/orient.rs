@@ -62,6 +62,36 @@ fn every_fit_equals_the_twin() {
 }
 
 #[test]
+fn local_search_equals_the_twins() {
+    for device in [gpu, narrow, gpu_shaped] {
+        let device = quiet_on(device);
+        for points in [12, 14, 20, 26] {
+            for (n, local_search) in [(1, 24), (65, 1), (300, 24), (100, 100)] {
+                let recipe = Recipe { local_search, ..dito(points) };
+                for soup in [slivers(n, 6), random(n, 0.3, n as u64), grid(n)] {
+                    let what = format!("{points} points, {local_search} evaluations");
+                    assert_twin(&what, &device, &scene(&soup), &recipe);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn local_search_makes_boxes_smaller() {
+    for (name, scene) in [("hairball:5k", named("hairball:5k")), ("sphere:5k", named("sphere:5k"))] {
+        for points in [14, 26] {
+            let share = |local_search| {
+                let stats = stats(&scene, &Recipe { local_search, ..dito(points) });
+                stats.box_area / stats.aabb_area
+            };
+            let (before, after) = (share(0), share(24));
+            assert!(after < before, "{name}, {points} points: {before} became {after}");
+        }
+    }
+}
+
+#[test]
 fn boxes_hold_their_triangles_and_are_smaller() {
     let scenes = [
         ("slivers", scene(&slivers(5000, 1)), 0.97),
