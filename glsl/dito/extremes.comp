@@ -13,59 +13,80 @@ uint inner_children(uvec4 children) {
            + uint(children.w < LEAF_BIT);
 }
 
-vec3 points_below[POINTS];
-vec3 corners_below[POINTS];
+// Of a child and of the node so far: extremal points, and how far along its direction each is.
+vec3 below[POINTS];
+float below_at[POINTS];
+vec3 own[POINTS];
+float own_at[POINTS];
 
-// Takes p into the points of e.
-#define TAKE_IN(e, p, first)                                                                                          \
+#define CLEAR(e)                                                                                                      \
     [[unroll]] for (uint j = 0; j < POINTS / 2; ++j) {                                                                \
-        float here = along(direction_of(j), p);                                                                       \
-        if (first || here < along(direction_of(j), e[2 * j])) e[2 * j] = p;                                           \
-        if (first || here > along(direction_of(j), e[2 * j + 1])) e[2 * j + 1] = p;                                   \
+        e[2 * j] = e[2 * j + 1] = vec3(0);                                                                            \
+        e##_at[2 * j] = 3.4028235e38;                                                                                 \
+        e##_at[2 * j + 1] = -3.4028235e38;                                                                            \
     }
 
-// Both arrays; of corners_below only where all corners have room, again and again.
-void take_in_leaf(uint first, uint count) {
-    for (uint place = first; place < first + count; ++place) {
-        PackedTriangle triangle = LOAD_PackedTriangle(triangles, place);
-        for (uint corner = 0; corner < 3; ++corner) {
-            precise vec3 p = (corner == 0 ? triangle.a : corner == 1 ? triangle.b : triangle.c) - args.anchor;
-            bool none = place == first && corner == 0;
-            TAKE_IN(points_below, p, none)
-            for (uint i = 3 * (place - first) + corner; i < POINTS; i += 3 * count) corners_below[i] = p;
+#define TAKE_LEAST(e, j, p, here) if (here < e##_at[2 * j]) { e##_at[2 * j] = here; e[2 * j] = p; }
+#define TAKE_GREATEST(e, j, p, here) if (here > e##_at[2 * j + 1]) { e##_at[2 * j + 1] = here; e[2 * j + 1] = p; }
+
+// Of axes the coordinate itself: nothing to multiply.
+float along_direction(uint j, vec3 p) {
+    if (j < 3 && POINTS != 12 && POINTS != 20) return p[j];
+    return along(direction_of(j), p);
+}
+
+void take_in(vec3 p) {
+    [[unroll]] for (uint j = 0; j < POINTS / 2; ++j) {
+        float here = along_direction(j, p);
+        TAKE_LEAST(below, j, p, here)
+        TAKE_GREATEST(below, j, p, here)
+    }
+}
+
+// Of a leaf of few triangles writes all corners, again and again, else the extremal ones.
+void take_in_leaf(uint first, uint count, uint slot) {
+    CLEAR(below)
+    uint corners = 3 * count;
+    for (uint i = 0; i < count; ++i) {
+        PackedTriangle triangle = LOAD_PackedTriangle(triangles, first + i);
+        precise vec3 a = triangle.a - args.anchor, b = triangle.b - args.anchor, c = triangle.c - args.anchor;
+        take_in(a);
+        take_in(b);
+        take_in(c);
+        if (corners > POINTS) continue;
+        for (uint k = 3 * i; k < POINTS; k += corners) {
+            STORE_POINT(slot, k, a)
+            if (k + 1 < POINTS) STORE_POINT(slot, k + 1, b)
+            if (k + 2 < POINTS) STORE_POINT(slot, k + 2, c)
         }
     }
+    if (corners > POINTS) STORE_POINTS(below, slot)
 }
 
 void climb(uint node) {
     uvec4 children = LOAD_Node(nodes, node).children;
     if (inner_children(children) > 0) return;
     for (;;) {
-        vec3 own[POINTS];
+        CLEAR(own)
         Range range = Range(0, 0);
         for (uint k = 0; k < WIDTH && children[k] != INVALID; ++k) {
             uint slot = 4 * node + k;
-            Range below;
+            Range child;
             if (children[k] < LEAF_BIT) {
-                LOAD_POINTS(points_below, slot)
-                below = LOAD_Range(ranges, slot);
+                LOAD_POINTS(below, slot)
+                [[unroll]] for (uint i = 0; i < POINTS; ++i) below_at[i] = along_direction(i / 2, below[i]);
+                child = LOAD_Range(ranges, slot);
             } else {
                 uint bits = children[k] & ~LEAF_BIT;
-                below = Range(bits & ((1u << (31 - LEAF_BITS)) - 1u), (bits >> (31 - LEAF_BITS)) + 1u);
-                take_in_leaf(below.first, below.count);
-                if (3 * below.count <= POINTS) {
-                    STORE_POINTS(corners_below, slot)
-                } else {
-                    STORE_POINTS(points_below, slot)
-                }
-                STORE_Range(ranges, slot, below)
+                child = Range(bits & ((1u << (31 - LEAF_BITS)) - 1u), (bits >> (31 - LEAF_BITS)) + 1u);
+                take_in_leaf(child.first, child.count, slot);
+                STORE_Range(ranges, slot, child)
             }
             [[unroll]] for (uint j = 0; j < POINTS / 2; ++j) {
-                vec3 direction = direction_of(j), least = points_below[2 * j], greatest = points_below[2 * j + 1];
-                if (k == 0 || along(direction, least) < along(direction, own[2 * j])) own[2 * j] = least;
-                if (k == 0 || along(direction, greatest) > along(direction, own[2 * j + 1])) own[2 * j + 1] = greatest;
+                TAKE_LEAST(own, j, below[2 * j], below_at[2 * j])
+                TAKE_GREATEST(own, j, below[2 * j + 1], below_at[2 * j + 1])
             }
-            range = Range(k == 0 ? below.first : min(range.first, below.first), range.count + below.count);
+            range = Range(k == 0 ? child.first : min(range.first, child.first), range.count + child.count);
         }
         uint up = P(parents).at[node];
         STORE_POINTS(own, up)

@@ -33,3 +33,12 @@ vec3 direction_of(uint j) { return POINTS == 12 ? N6[min(j, 5)] : POINTS == 20 ?
         P(points).at[at + 1] = pair_of(floatBitsToUint(vec2(least.z, greatest.x)));                                   \
         P(points).at[at + 2] = pair_of(floatBitsToUint(greatest.yz));                                                 \
     }
+
+// Point i alone; wants the buffer coordinates, the same memory.
+#define STORE_POINT(slot, i, p)                                                                                       \
+    {                                                                                                                 \
+        uint at = 3 * (POINTS * (slot) + (i));                                                                        \
+        P(coordinates).at[at] = p.x;                                                                                  \
+        P(coordinates).at[at + 1] = p.y;                                                                              \
+        P(coordinates).at[at + 2] = p.z;                                                                              \
+    }

@@ -346,6 +346,8 @@ abi! {
         arrived: PtrShared<u32>,
         /// k points a slot, those least and greatest along each direction.
         points: PtrShared<Pair>,
+        /// Likewise, float by float.
+        coordinates: PtrShared<f32>,
         /// One a slot.
         ranges: PtrShared<Range>,
         /// Nodes.

@@ -72,6 +72,7 @@ pub(super) fn fit(build: &mut Build<'_>, bvh: &Bvh, points: u32) -> Result<Slots
             parents: found.parents.ptr(),
             arrived: arrived.ptr_shared(),
             points: found.points.ptr_shared().cast(),
+            coordinates: found.points.ptr_shared().cast(),
             ranges: found.ranges.ptr_shared(),
             count,
             anchor: bvh.anchor,

@@ -46,6 +46,8 @@ pub(super) struct BuildReport {
     node_cost: f32,
     #[serde(skip_serializing_if = "Option::is_none")]
     oriented_cost: Option<f32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    local_search: Option<u32>,
     costs: [f32; 2],
     runs: usize,
     build_ms: f64,
@@ -93,6 +95,7 @@ impl BuildReport {
             fit: recipe.fit.name(),
             node_cost: recipe.collapse.node_cost,
             oriented_cost: (recipe.fit != Fit::Aabb).then_some(recipe.oriented_cost),
+            local_search: (recipe.local_search > 0).then_some(recipe.local_search),
             costs: [recipe.collapse.traversal_cost, recipe.collapse.triangle_cost],
             runs: builds.device.runs,
             build_ms: builds.device.median,

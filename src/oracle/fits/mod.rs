@@ -1,6 +1,6 @@
 //! How near each way to fit a box comes to the least one: over random point sets of several kinds, by how much the half
-//! area of its box is larger. After the measurements that the thesis lacks \[VEVERKOVA24\]; methods are the twins
-//! of the kernels.
+//! area of its box around all points is larger. The methods are those of \[VEVERKOVA24\] as the kernels' twins have them,
+//! with frames rounded as nodes hold them; areas in f64.
 
 mod optimum;
 mod sets;
