@@ -4,14 +4,10 @@
 // all corners are kept, for some may be extremal in no direction.
 #include "lib/points.glsl"
 #include "lib/within.glsl"
+#include "lib/reference.glsl"
+#include "lib/climb.glsl"
 
 layout(constant_id = SPEC_ITEMS) const uint ITEMS = 1;
-layout(constant_id = SPEC_LEAF_BITS) const uint LEAF_BITS = 3;
-
-uint inner_children(uvec4 children) {
-    return uint(children.x < LEAF_BIT) + uint(children.y < LEAF_BIT) + uint(children.z < LEAF_BIT)
-           + uint(children.w < LEAF_BIT);
-}
 
 vec3 points_below[POINTS];
 vec3 corners_below[POINTS];
@@ -50,8 +46,7 @@ void climb(uint node) {
                 LOAD_POINTS(points_below, slot)
                 below = LOAD_Range(ranges, slot);
             } else {
-                uint bits = children[k] & ~LEAF_BIT;
-                below = Range(bits & ((1u << (31 - LEAF_BITS)) - 1u), (bits >> (31 - LEAF_BITS)) + 1u);
+                below = leaf_range(children[k]);
                 take_in_leaf(below.first, below.count);
                 if (3 * below.count <= POINTS) {
                     STORE_POINTS(corners_below, slot)
@@ -73,9 +68,7 @@ void climb(uint node) {
         node = up / 4;
         if (node == args.count) return;  // that was the root
         children = LOAD_Node(nodes, node).children;
-        memoryBarrierBuffer();  // release: what is written is there before the count
-        if (atomicAdd(P(arrived).at[node], 1u) + 1 < inner_children(children)) return;
-        memoryBarrierBuffer();  // acquire: all others' counts were there before what is read
+        if (!arrive_last(node, children)) return;
     }
 }
 
