@@ -4,14 +4,10 @@
 // all corners are kept, for some may be extremal in no direction.
 #include "lib/points.glsl"
 #include "lib/within.glsl"
+#include "lib/reference.glsl"
+#include "lib/climb.glsl"
 
 layout(constant_id = SPEC_ITEMS) const uint ITEMS = 1;
-layout(constant_id = SPEC_LEAF_BITS) const uint LEAF_BITS = 3;
-
-uint inner_children(uvec4 children) {
-    return uint(children.x < LEAF_BIT) + uint(children.y < LEAF_BIT) + uint(children.z < LEAF_BIT)
-           + uint(children.w < LEAF_BIT);
-}
 
 // Of a child and of the node so far: extremal points, and how far along its direction each is.
 vec3 below[POINTS];
@@ -77,8 +73,7 @@ void climb(uint node) {
                 [[unroll]] for (uint i = 0; i < POINTS; ++i) below_at[i] = along_direction(i / 2, below[i]);
                 child = LOAD_Range(ranges, slot);
             } else {
-                uint bits = children[k] & ~LEAF_BIT;
-                child = Range(bits & ((1u << (31 - LEAF_BITS)) - 1u), (bits >> (31 - LEAF_BITS)) + 1u);
+                child = leaf_range(children[k]);
                 take_in_leaf(child.first, child.count, slot);
                 STORE_Range(ranges, slot, child)
             }
@@ -94,9 +89,7 @@ void climb(uint node) {
         node = up / 4;
         if (node == args.count) return;  // that was the root
         children = LOAD_Node(nodes, node).children;
-        memoryBarrierBuffer();  // release: what is written is there before the count
-        if (atomicAdd(P(arrived).at[node], 1u) + 1 < inner_children(children)) return;
-        memoryBarrierBuffer();  // acquire: all others' counts were there before what is read
+        if (!arrive_last(node, children)) return;
     }
 }
 

@@ -1,10 +1,11 @@
-// One invocation ITEMS packed nodes: those whose boxes cost less in their frame are packed again in it, by the exact
-// extents of their children. Reads ranges, chosen, extents; nodes change.
+// One invocation ITEMS packed nodes: those whose boxes cost less in the frame chosen than as they are, be that axis-aligned
+// or in another frame, are packed again in it, by the exact extents of their children. Reads chosen, extents; nodes change.
 #include "lib/box.glsl"
 #include "lib/grid.glsl"
 #include "lib/ordered.glsl"
 #include "lib/within.glsl"
 #include "lib/cost.glsl"
+#include "lib/reference.glsl"
 
 layout(constant_id = SPEC_ITEMS) const uint ITEMS = 1;
 
@@ -48,17 +49,20 @@ void main() {
             oriented.hi |= hi << 8 * k;
         }
         // As they would be traced: both with the slack of their grids.
-        vec3 r = rodrigues_of(words);
+        vec3 r = rodrigues_of(words), r_before = rodrigues_of(n.frame);
         Node whole = Node(n.origin, n.exponents, least, greatest, n.children, uvec2(0));
-        precise float cost = (args.oriented_cost - args.node_cost) * packed_area(whole, 0), cost_before = 0.0;
+        precise float cost = 0.0, cost_before = 0.0;
+        if (!is_oriented(n.frame)) cost = (args.oriented_cost - args.node_cost) * packed_area(whole, 0);
         for (uint k = 0; k < WIDTH && n.children[k] != INVALID; ++k) {
-            float visit = cost_of_visit(n.children[k], LOAD_Range(ranges, 4 * i + k).count);
+            float visit = cost_of_visit(n.children[k], leaf_range(n.children[k]).count);
+            float area = packed_area(n, k);
+            if (is_oriented(n.frame)) area = unstretched(area, r_before);
             cost = cost + visit * unstretched(packed_area(oriented, k), r);
-            cost_before = cost_before + visit * packed_area(n, k);
+            cost_before = cost_before + visit * area;
         }
         if (cost < cost_before) {
             STORE_Node(nodes, i, oriented)
-            atomicAdd(P(oriented).at[0], 1u);
+            if (!is_oriented(n.frame)) atomicAdd(P(oriented).at[0], 1u);
         }
     }
 }

@@ -379,6 +379,39 @@ abi! {
         /// Boxes tried.
         evaluations: u32,
     }
+    @kernel "odopfit/climb"
+    struct OdopfitClimbArgs {
+        /// The packed tree.
+        nodes: Ptr<Node>,
+        /// Its triangles.
+        triangles: Ptr<PackedTriangle>,
+        /// From `dito/parents`.
+        parents: Ptr<u32>,
+        /// One a node: inner children that have arrived; all 0 before.
+        arrived: PtrShared<u32>,
+        /// Boxes of each node in the group's bases.
+        boxes: PtrShared<Aabb>,
+        /// Words of the bases' frames; the first is none, as are those that fill up the last group.
+        bases: Ptr<Pair>,
+        /// Expected cost of each node in the best frame so far, less what an oriented node costs more.
+        least: PtrMut<f32>,
+        /// That frame; 0: none.
+        chosen: PtrMut<Pair>,
+        /// Extent of each child of a node with a frame, in it.
+        extents: PtrMut<OrderedBounds>,
+        /// Nodes.
+        count: u32,
+        /// First basis of the group.
+        first: u32,
+        /// Unit space is a triangle's corner − `anchor`.
+        anchor: [f32; 3],
+        /// Cost of visiting a node, c_N.
+        node_cost: f32,
+        /// Cost of visiting an oriented node, c_O.
+        oriented_cost: f32,
+        /// Cost of a triangle test, c_I.
+        triangle_cost: f32,
+    }
     @kernel "orient/choose"
     struct OrientChooseArgs {
         /// The packed tree.
@@ -427,15 +460,13 @@ abi! {
     }
     @kernel "orient/pack"
     struct OrientPackArgs {
-        /// From `dito/extremes`.
-        ranges: Ptr<Range>,
-        /// From `orient/choose`.
+        /// From `orient/choose` or `odopfit/climb`.
         chosen: Ptr<Pair>,
-        /// From `orient/refit`.
+        /// From `orient/refit` or `odopfit/climb`.
         extents: Ptr<OrderedBounds>,
         /// The packed tree: becomes oriented where that pays.
         nodes: PtrMut<Node>,
-        /// One: counts the nodes that are.
+        /// One: counts the nodes that become so.
         oriented: PtrMut<u32>,
         /// Nodes.
         count: u32,

@@ -73,4 +73,6 @@ constants! {
     SPEC_ORIENTED = 11;
     /// k: extremal points are taken along k / 2 directions and against them.
     SPEC_POINTS = 12;
+    /// Bases whose boxes climb together.
+    SPEC_BASES = 13;
 }

@@ -44,6 +44,12 @@ pub struct Bases {
 }
 
 impl Bases {
+    /// As arguments and reports have those of a degree; none knows where they come from.
+    pub fn name(self) -> &'static str {
+        const NAMES: [&str; 8] = ["odop1", "odop2", "odop3", "odop4", "odop5", "odop6", "odop7", "odop8"];
+        NAMES[self.degree.clamp(1, 8) as usize - 1]
+    }
+
     /// The words of their frames, D³ of them; of no rotation \[0, 0\].
     pub fn frames(self) -> Vec<[u32; 2]> {
         let count = self.degree.pow(3);
@@ -94,14 +100,14 @@ fn inverse(mut n: u32, base: u32) -> f64 {
 }
 
 /// 32 bits that look random, the same everywhere \[PCG\].
-fn hash(n: u32) -> u32 {
+pub(super) fn hash(n: u32) -> u32 {
     let state = n.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
     let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);
     word >> 22 ^ word
 }
 
 /// The words of the rotation to axes like those of Rodrigues vector `r`, in an order and of signs that make it least.
-fn frame_words(r: DVec3) -> [u32; 2] {
+pub(super) fn frame_words(r: DVec3) -> [u32; 2] {
     // Rows of the rotation, scaled by 1 + r·r.
     let (s, twice) = (1.0 - r.length_squared(), 2.0 * r);
     let cross = [[0.0, -twice.z, twice.y], [twice.z, 0.0, -twice.x], [-twice.y, twice.x, 0.0]];

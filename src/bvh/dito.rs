@@ -9,7 +9,7 @@ use crate::abi::{
     DitoExtremesArgs, DitoFitArgs, DitoImproveArgs, DitoParentsArgs, Pair, Range, SPEC_ITEMS, SPEC_LEAF_BITS,
     SPEC_POINTS, SPEC_WG, WIDTH,
 };
-use crate::device::Buffer;
+use crate::device::{Buffer, Recorder};
 use crate::kernels;
 
 /// What is known of every slot, a child of a packed node: slot 4 i + k is child k of node i; the root's comes last.
@@ -27,6 +27,19 @@ pub(super) struct Slots {
 /// Slots of a tree of `nodes` packed nodes, the root's among them.
 pub(super) fn slots_of(nodes: usize) -> usize {
     WIDTH as usize * nodes + 1
+}
+
+/// Records what finds the slot above each node of `bvh`.
+pub(super) fn hang(rec: &mut Recorder, bvh: &Bvh, parents: &Buffer<u32>) -> Result<()> {
+    let shape = rec.device().shape().clone();
+    let count = bvh.nodes.len() as u32;
+    rec.dispatch(
+        &kernels::DITO_PARENTS,
+        &[(SPEC_WG, shape.workgroup), (SPEC_ITEMS, shape.items)],
+        count.div_ceil(shape.workgroup * shape.items),
+        DitoParentsArgs { nodes: bvh.nodes.ptr(), parents: parents.ptr_mut(), count, root: bvh.root },
+    )?;
+    Ok(())
 }
 
 /// Finds the frame of every slot of `bvh` from `points` extremal points: 12, 14, 20 or 26; the recipe's local
@@ -56,12 +69,7 @@ pub(super) fn fit(build: &mut Build<'_>, bvh: &Bvh, points: u32) -> Result<Slots
     rec.fill(&arrived, nodes, 0);
     // Slots without a child have no triangles.
     rec.fill(&found.ranges, slots, 0);
-    rec.dispatch(
-        &kernels::DITO_PARENTS,
-        &constants[..2],
-        count.div_ceil(tile),
-        DitoParentsArgs { nodes: bvh.nodes.ptr(), parents: found.parents.ptr_mut(), count, root: bvh.root },
-    )?;
+    hang(&mut rec, bvh, &found.parents)?;
     rec.dispatch(
         &kernels::DITO_EXTREMES,
         &constants,

@@ -42,6 +42,12 @@ impl Method {
         method("dito14", DITO, Builder::Ploc, Fit::Dito(14)),
         method("dito20", DITO, Builder::Ploc, Fit::Dito(20)),
         method("dito26", DITO, Builder::Ploc, Fit::Dito(26)),
+        method(
+            "hybrid",
+            "dito, and boxes in the bases that most triangles share where those cost less",
+            Builder::Ploc,
+            Fit::Hybrid,
+        ),
     ];
 
     /// The one of this name.

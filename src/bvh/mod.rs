@@ -1,5 +1,6 @@
 //! Builds trees on the device: `morton → sort → ploc → collapse → layout`. Knows no files and no command line.
-//! Instead of `ploc` stands `lbvh`, or `binned` instead of all before `collapse`; `dito → orient` may follow `layout`.
+//! Instead of `ploc` stands `lbvh`, or `binned` instead of all before `collapse`; `odopfit` and `dito → orient` may follow
+//! `layout`.
 
 pub mod bases;
 pub mod binned;
@@ -10,7 +11,9 @@ mod layout;
 mod lbvh;
 mod method;
 mod morton;
+mod odopfit;
 mod orient;
+pub mod orientation;
 mod ploc;
 mod radix;
 pub mod raw;
@@ -20,6 +23,7 @@ mod tree;
 
 pub use bases::{Bases, Generator};
 pub use method::Method;
+pub use orientation::Orientations;
 pub(crate) use radix::Radix;
 pub use recipe::{Builder, Collapse, Fit, Morton, Recipe};
 pub use tree::{Bvh, Child, HostTree, SceneBuffers, Volume, leaf_bits};
@@ -246,16 +250,31 @@ fn run(
         s.firsts = kept.firsts.read()?;
     }
     let mut bvh = layout::pack(&mut build, order, tree, kept, space)?;
-    if let Fit::Dito(points) = recipe.fit
-        && bvh.root != INVALID
-    {
-        let slots = dito::fit(&mut build, &bvh, points)?;
-        orient::orient(&mut build, &mut bvh, &slots, points)?;
+    if bvh.root != INVALID {
+        orient(&mut build, &mut bvh)?;
     }
     let wall_ms = start.elapsed().as_secs_f64() * 1e3;
     let with_tree = device.peak_memory().saturating_sub(bvh.bytes());
     let scratch_bytes = with_tree.max(build.peak_before_tree).saturating_sub(before);
     Ok(Built { bvh, times: build.times, wall_ms, scratch_bytes, explain: build.explain })
+}
+
+/// Turns the boxes of nodes as the recipe says.
+fn orient(build: &mut Build<'_>, bvh: &mut Bvh) -> Result<()> {
+    let (fit, scene) = (build.recipe.fit, build.scene);
+    if let Some(bases) = fit.bases() {
+        odopfit::fit(build, bvh, &bases.frames())?;
+    }
+    if let Some(most) = fit.own_bases() {
+        let found = build.on_host("orientation", || Orientations::of(&scene.sample));
+        build.note(format!("orientation: {found}"));
+        odopfit::fit(build, bvh, &found.frames(most))?;
+    }
+    if let Some(points) = fit.points() {
+        let slots = dito::fit(build, bvh, points)?;
+        orient::orient(build, bvh, &slots, points)?;
+    }
+    Ok(())
 }
 
 /// The triangles by their codes.

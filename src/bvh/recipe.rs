@@ -1,6 +1,7 @@
 //! What to build: every choice of a build with its unit, range and effect.
 
-use super::{BuildError, Result};
+use super::orientation::MOST;
+use super::{Bases, BuildError, Generator, Result};
 use crate::abi::{CODE_30, CODE_63, CODE_EXT4, CODE_EXT7, MAX_LEAF};
 
 /// What makes the binary tree. Everything after, leaves by cost included, is the same.
@@ -100,11 +101,38 @@ pub enum Fit {
     Aabb,
     /// Oriented ones where they cost less, by DiTO \[LARSSON11\] from this many extremal points: 12, 14, 20 or 26.
     Dito(u32),
+    /// Oriented ones where they cost less, in the best of these bases \[VEVERKOVA24\].
+    Odop(Bases),
+    /// Likewise, of at most so many bases, 1–16, that most of the scene's triangles share.
+    Own(u32),
+    /// The scene's own bases, at most 16, then DiTO from 14 points where that costs less still.
+    Hybrid,
+}
+
+/// Bases of the degree on a grid.
+const fn odop(degree: u32) -> Fit {
+    Fit::Odop(Bases { generator: Generator::Grid, degree })
 }
 
 impl Fit {
-    /// Every choice.
-    pub const ALL: [Self; 5] = [Self::Aabb, Self::Dito(12), Self::Dito(14), Self::Dito(20), Self::Dito(26)];
+    /// Every choice, bases by the grid and as many as there are.
+    pub const ALL: [Self; 15] = [
+        Self::Aabb,
+        Self::Dito(12),
+        Self::Dito(14),
+        Self::Dito(20),
+        Self::Dito(26),
+        odop(1),
+        odop(2),
+        odop(3),
+        odop(4),
+        odop(5),
+        odop(6),
+        odop(7),
+        odop(8),
+        Self::Own(MOST),
+        Self::Hybrid,
+    ];
 
     /// As arguments and reports have it.
     pub fn name(self) -> &'static str {
@@ -114,6 +142,44 @@ impl Fit {
             Self::Dito(14) => "dito14",
             Self::Dito(20) => "dito20",
             Self::Dito(_) => "dito26",
+            Self::Odop(bases) => bases.name(),
+            Self::Own(_) => "own",
+            Self::Hybrid => "hybrid",
+        }
+    }
+
+    /// Extremal points that DiTO fits boxes to.
+    pub fn points(self) -> Option<u32> {
+        match self {
+            Self::Dito(points) => Some(points),
+            Self::Hybrid => Some(14),
+            Self::Aabb | Self::Odop(_) | Self::Own(_) => None,
+        }
+    }
+
+    /// Bases that every node tries.
+    pub fn bases(self) -> Option<Bases> {
+        match self {
+            Self::Odop(bases) => Some(bases),
+            Self::Aabb | Self::Dito(_) | Self::Own(_) | Self::Hybrid => None,
+        }
+    }
+
+    /// Of the scene's own bases so many that every node tries, at most.
+    pub fn own_bases(self) -> Option<u32> {
+        match self {
+            Self::Own(most) => Some(most),
+            Self::Hybrid => Some(MOST),
+            Self::Aabb | Self::Dito(_) | Self::Odop(_) => None,
+        }
+    }
+
+    fn is_in_range(self) -> bool {
+        match self {
+            Self::Aabb | Self::Hybrid => true,
+            Self::Dito(points) => [12, 14, 20, 26].contains(&points),
+            Self::Odop(bases) => (1..=8).contains(&bases.degree),
+            Self::Own(most) => (1..=MOST).contains(&most),
         }
     }
 }
@@ -171,8 +237,9 @@ impl Recipe {
         if self.local_search > 1024 {
             return refuse("the local search", self.local_search.to_string(), "0 to 1024 evaluations");
         }
-        if !Fit::ALL.contains(&self.fit) {
-            return refuse("the number of extremal points", format!("{:?}", self.fit), "12, 14, 20 or 26");
+        if !self.fit.is_in_range() {
+            let range = "by 12, 14, 20 or 26 points, of degree 1 to 8, or of 1 to 16 own bases";
+            return refuse("the fit of boxes", format!("{:?}", self.fit), range);
         }
         if ![c.traversal_cost, c.node_cost, c.triangle_cost, self.oriented_cost].into_iter().all(positive) {
             let value =

@@ -1,6 +1,7 @@
 //! A scene on the device, and a packed tree over it.
 
 use super::frame::{Frame, is_oriented};
+use super::orientation::{Corners, sample};
 use crate::abi::{Aabb, INVALID, LEAF_BIT, Node, TRIANGLE_WORDS};
 use crate::device::{Buffer, Device, Result};
 use crate::scene::Scene;
@@ -12,6 +13,8 @@ use std::sync::Arc;
 pub struct SceneBuffers {
     /// Corners, nine floats a triangle, input order.
     pub triangles: Buffer<f32>,
+    /// Some of the triangles, on the host: how they lie.
+    pub sample: Vec<Corners>,
 }
 
 impl SceneBuffers {
@@ -23,7 +26,8 @@ impl SceneBuffers {
         let count = scene.triangles.len();
         device.require_memory(&format!("a scene of {count} triangles"), 36 * count as u64)?;
         let corners: Vec<f32> = (0..count).flat_map(|t| scene.corners(t)).flatten().collect();
-        Ok(Self { triangles: Buffer::from_slice(device, "scene.triangles", &corners)? })
+        let triangles = Buffer::from_slice(device, "scene.triangles", &corners)?;
+        Ok(Self { triangles, sample: sample(scene) })
     }
 
     /// Triangles.

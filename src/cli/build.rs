@@ -43,6 +43,8 @@ pub(super) struct BuildReport {
     radius: Option<u32>,
     max_leaf: u32,
     fit: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    bases: Option<&'static str>,
     node_cost: f32,
     #[serde(skip_serializing_if = "Option::is_none")]
     oriented_cost: Option<f32>,
@@ -93,6 +95,7 @@ impl BuildReport {
             radius: (recipe.builder == Builder::Ploc).then_some(recipe.radius),
             max_leaf: recipe.collapse.max_leaf,
             fit: recipe.fit.name(),
+            bases: recipe.fit.bases().map(|b| b.generator.name()),
             node_cost: recipe.collapse.node_cost,
             oriented_cost: (recipe.fit != Fit::Aabb).then_some(recipe.oriented_cost),
             local_search: (recipe.local_search > 0).then_some(recipe.local_search),

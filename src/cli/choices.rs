@@ -1,6 +1,6 @@
 //! Arguments that several subcommands share, and what they mean to the library.
 
-use crate::bvh::{Collapse, Fit, Method, Morton, Recipe};
+use crate::bvh::{Bases, Collapse, Fit, Generator, Method, Morton, Recipe};
 use crate::scene::Transform;
 use crate::trace::{Precision, RayOrder};
 use clap::ValueEnum;
@@ -26,7 +26,33 @@ impl ValueEnum for Fit {
         Some(PossibleValue::new(self.name()).help(match self {
             Self::Aabb => "Axis-aligned",
             Self::Dito(_) => "Oriented where that costs less, by DiTO from so many extremal points",
+            Self::Odop(_) => "Oriented where that costs less, in the best of D³ bases: see --bases",
+            Self::Own(_) => "Likewise, of up to 16 bases that most of the scene's triangles share",
+            Self::Hybrid => "Likewise, and by DiTO from 14 points where that costs less still",
         }))
+    }
+}
+
+impl ValueEnum for Generator {
+    fn value_variants<'a>() -> &'a [Self] {
+        &Self::ALL
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(PossibleValue::new(self.name()).help(match self {
+            Self::Grid => "A grid of rotations, none among them",
+            Self::Uniform => "Random ones in the same cube",
+            Self::Sphere => "Quarter turns about random axes",
+            Self::Zone => "None, and others spread evenly over all orientations of a box",
+        }))
+    }
+}
+
+/// `fit` with its bases from `generator`, where it has any of a degree.
+fn with_bases(fit: Fit, generator: Generator) -> Fit {
+    match fit {
+        Fit::Odop(bases) => Fit::Odop(Bases { generator, ..bases }),
+        Fit::Aabb | Fit::Dito(_) | Fit::Own(_) | Fit::Hybrid => fit,
     }
 }
 
@@ -165,6 +191,9 @@ pub(super) struct RecipeArgs {
     /// Boxes of nodes, instead of the builder's own.
     #[arg(long, value_enum)]
     fit: Option<Fit>,
+    /// Where the bases of odop1 to odop8 come from.
+    #[arg(long, value_enum, default_value_t = Generator::default())]
+    bases: Generator,
     /// Cost of visiting an oriented node, beside --node-cost: oriented boxes stay where they cost less.
     #[arg(long, value_name = "cO", default_value_t = Recipe::default().oriented_cost, value_parser = cost)]
     oriented_cost: f32,
@@ -190,7 +219,7 @@ impl RecipeArgs {
         let Self { builder, morton, radius, fit, oriented_cost, local_search, node_cost, max_leaf, .. } =
             *self;
         let collapse = Collapse { traversal_cost, node_cost, triangle_cost, max_leaf };
-        let fit = fit.unwrap_or(builder.fit);
+        let fit = with_bases(fit.unwrap_or(builder.fit), self.bases);
         Recipe { builder: builder.builder, morton, radius, collapse, fit, oriented_cost, local_search }
     }
 }

@@ -25,6 +25,8 @@ pub struct Shape {
     pub search_in_registers: bool,
     /// Triangles that an invocation of `orient/refit` takes.
     pub refit_items: u32,
+    /// Bases whose boxes `odopfit/climb` takes up the tree together: an invocation holds 30 floats of each.
+    pub bases: u32,
     /// Rays that an invocation of `trace/refill` takes, one after the other.
     pub refill: u32,
     /// Workgroups of `trace/persistent`: as many as the device runs at once. More do no harm, for they find no ray left.
@@ -58,6 +60,7 @@ impl Shape {
             trace_workgroup: 64,
             search_in_registers: true,
             refit_items: 8,
+            bases: 4,
             refill: 16,
             persistent_groups: threads.max(1),
             // The least process time of 0, 4, 5, 6, 7 and 8 on most sets of rays.
@@ -79,6 +82,7 @@ impl Shape {
             trace_workgroup: 64,
             search_in_registers: false,
             refit_items: 2,
+            bases: 2,
             refill: 4,
             // 2^18 invocations: 128 multiprocessors of 2048.
             persistent_groups: 4096,

@@ -13,6 +13,7 @@ pub mod fits;
 pub mod layout;
 pub mod lbvh;
 pub mod morton;
+pub mod odopfit;
 pub mod orient;
 pub mod ploc;
 pub mod quality;
@@ -25,8 +26,9 @@ pub mod trace;
 pub mod validate;
 
 use crate::abi::Aabb;
+use crate::bvh::orientation::sample;
 use crate::bvh::raw::HostRawTree;
-use crate::bvh::{Builder, Fit, HostTree, Recipe};
+use crate::bvh::{Builder, HostTree, Orientations, Recipe};
 use crate::scene::Scene;
 
 /// What each stage of a build comes to: the twin of `bvh::Stages`, and the tree.
@@ -71,9 +73,16 @@ pub fn build(scene: &Scene, recipe: &Recipe) -> Built {
     });
     let parts = raw.as_ref().map(|(tree, kept)| (tree, kept));
     let mut tree = layout::pack(scene, &order, &space, recipe.collapse.max_leaf, parts);
-    let oriented = match recipe.fit {
-        Fit::Aabb => 0,
-        Fit::Dito(points) => orient::orient(&mut tree, space.anchor, points, recipe),
-    };
+    let mut oriented = 0;
+    if let Some(bases) = recipe.fit.bases() {
+        oriented += odopfit::fit(&mut tree, space.anchor, &bases.frames(), recipe);
+    }
+    if let Some(most) = recipe.fit.own_bases() {
+        let frames = Orientations::of(&sample(scene)).frames(most);
+        oriented += odopfit::fit(&mut tree, space.anchor, &frames, recipe);
+    }
+    if let Some(points) = recipe.fit.points() {
+        oriented += orient::orient(&mut tree, space.anchor, points, recipe);
+    }
     Built { bounds, space, order, raw, tree, oriented }
 }

@@ -6,29 +6,25 @@ use super::morton::reciprocal;
 use crate::abi::{Aabb, INVALID, LEAF_BIT, Node};
 use crate::bvh::frame::{Frame, is_oriented};
 use crate::bvh::raw::{half_area, merged};
-use crate::bvh::{HostTree, Recipe};
+use crate::bvh::{Child, HostTree, Recipe};
 
 /// Costs of visits.
 #[derive(Debug, Clone, Copy)]
-struct Costs {
-    node: f32,
-    oriented: f32,
-    triangle: f32,
+pub(super) struct Costs {
+    pub(super) node: f32,
+    pub(super) oriented: f32,
+    pub(super) triangle: f32,
 }
 
-const NOWHERE: Aabb = Aabb { lo: [f32::MAX; 3], hi: [f32::MIN; 3] };
+pub(super) const NOWHERE: Aabb = Aabb { lo: [f32::MAX; 3], hi: [f32::MIN; 3] };
 
-/// Orients the nodes of `tree` where it pays; returns how many.
+/// Orients the nodes of `tree` where it pays; returns how many more are.
 pub fn orient(tree: &mut HostTree, anchor: [f32; 3], points: u32, recipe: &Recipe) -> u32 {
     if tree.root == INVALID {
         return 0;
     }
     let slots = fit(tree, anchor, points, recipe.local_search);
-    let costs = Costs {
-        node: recipe.collapse.node_cost,
-        oriented: recipe.oriented_cost,
-        triangle: recipe.collapse.triangle_cost,
-    };
+    let costs = Costs::of(recipe);
     // Slot above each node.
     let mut above = vec![4 * tree.nodes.len(); tree.nodes.len()];
     for (i, node) in tree.nodes.iter().enumerate() {
@@ -38,7 +34,7 @@ pub fn orient(tree: &mut HostTree, anchor: [f32; 3], points: u32, recipe: &Recip
     }
     let mut oriented = 0;
     for i in 0..tree.nodes.len() {
-        let words = costs.choose(&tree.nodes[i], &slots[4 * i..4 * i + 4], slots[above[i]].frame);
+        let words = costs.choose(tree, &tree.nodes[i], &slots[4 * i..4 * i + 4], slots[above[i]].frame);
         if is_oriented(words) {
             let frame = Frame::of(words);
             let boxes: Vec<Aabb> = present(&tree.nodes[i])
@@ -50,22 +46,19 @@ pub fn orient(tree: &mut HostTree, anchor: [f32; 3], points: u32, recipe: &Recip
                     extent(frame.rows, &all)
                 })
                 .collect();
-            if let Some(node) = costs.pack(&tree.nodes[i], &slots[4 * i..4 * i + 4], words, &boxes) {
-                tree.nodes[i] = node;
-                oriented += 1;
-            }
+            oriented += costs.pack(tree, i, words, &boxes);
         }
     }
     oriented
 }
 
 /// Which children a node has.
-fn present(node: &Node) -> impl Iterator<Item = usize> {
+pub(super) fn present(node: &Node) -> impl Iterator<Item = usize> {
     (0..4).filter(|k| node.children[*k] != INVALID)
 }
 
 /// An area in a frame as it is in unit space.
-fn unstretched(area: f32, frame: &Frame) -> f32 {
+pub(super) fn unstretched(area: f32, frame: &Frame) -> f32 {
     let over = reciprocal(frame.stretch());
     area * over * over
 }
@@ -81,19 +74,30 @@ fn packed_area(node: &Node, k: usize) -> f32 {
 }
 
 impl Costs {
+    pub(super) fn of(recipe: &Recipe) -> Self {
+        Self {
+            node: recipe.collapse.node_cost,
+            oriented: recipe.oriented_cost,
+            triangle: recipe.collapse.triangle_cost,
+        }
+    }
+
     /// What a ray that meets a child is expected to cost there.
-    fn of_visit(&self, child: u32, triangles: u32) -> f32 {
-        if child < LEAF_BIT { self.node } else { self.triangle * triangles as f32 }
+    pub(super) fn of_visit(&self, child: Child) -> f32 {
+        match child {
+            Child::Node(_) => self.node,
+            Child::Leaf { count, .. } => self.triangle * count as f32,
+        }
     }
 
     /// Words of the frame of least expected cost.
-    fn choose(&self, node: &Node, slots: &[Slot], own: [u32; 2]) -> [u32; 2] {
+    fn choose(&self, tree: &HostTree, node: &Node, slots: &[Slot], own: [u32; 2]) -> [u32; 2] {
         let mut candidates = vec![[0; 2], own];
         candidates.extend(present(node).map(|k| slots[k].frame));
         let mut costs = vec![0.0; candidates.len()];
         let mut all = NOWHERE;
         for k in present(node) {
-            let visit = self.of_visit(node.children[k], slots[k].range.count);
+            let visit = self.of_visit(tree.child(node.children[k]));
             for (c, words) in candidates.iter().enumerate() {
                 if c == 0 || is_oriented(*words) {
                     let frame = Frame::of(*words);
@@ -115,8 +119,10 @@ impl Costs {
         least.1
     }
 
-    /// `node` in the frame of `words`, in which its children's boxes are `boxes`; none where that costs no less.
-    fn pack(&self, node: &Node, slots: &[Slot], words: [u32; 2], boxes: &[Aabb]) -> Option<Node> {
+    /// Packs node `i` again in the frame of `words`, in which its children's boxes are `boxes`, where that costs less than
+    /// as it is; 1 where it wasn't oriented before.
+    pub(super) fn pack(&self, tree: &mut HostTree, i: usize, words: [u32; 2], boxes: &[Aabb]) -> u32 {
+        let node = tree.nodes[i];
         let bounds = boxes.iter().fold(NOWHERE, |all, b| merged(&all, b));
         let exponents: [u32; 3] = std::array::from_fn(|k| step_exponent(bounds.lo[k], bounds.hi[k]));
         let mut oriented = Node {
@@ -125,24 +131,32 @@ impl Costs {
             lo: [u32::MAX; 3],
             hi: [0; 3],
             frame: words,
-            ..*node
+            ..node
         };
         for (slot, bounds) in boxes.iter().enumerate() {
             planes(&mut oriented, slot, bounds, exponents);
         }
-        let frame = Frame::of(words);
+        let area = |node: &Node, k| {
+            let area = packed_area(node, k);
+            if is_oriented(node.frame) { unstretched(area, &Frame::of(node.frame)) } else { area }
+        };
         // The least planes and the greatest of all children: the node's own box.
         let planes_of = |planes: [u32; 3], pick: fn(u32, u32) -> u32| {
-            planes.map(|p| present(node).map(|k| p >> (8 * k) & 0xff).reduce(pick).unwrap_or(0))
+            planes.map(|p| present(&node).map(|k| p >> (8 * k) & 0xff).reduce(pick).unwrap_or(0))
         };
-        let whole = Node { lo: planes_of(node.lo, u32::min), hi: planes_of(node.hi, u32::max), ..*node };
-        let mut cost = (self.oriented - self.node) * packed_area(&whole, 0);
-        let mut cost_before = 0.0;
-        for k in present(node) {
-            let visit = self.of_visit(node.children[k], slots[k].range.count);
-            cost += visit * unstretched(packed_area(&oriented, k), &frame);
-            cost_before += visit * packed_area(node, k);
+        let whole = Node { lo: planes_of(node.lo, u32::min), hi: planes_of(node.hi, u32::max), ..node };
+        let (mut cost, mut cost_before) = (0.0, 0.0);
+        if !is_oriented(node.frame) {
+            cost = (self.oriented - self.node) * packed_area(&whole, 0);
         }
-        (cost < cost_before).then_some(oriented)
+        for k in present(&node) {
+            let visit = self.of_visit(tree.child(node.children[k]));
+            cost += visit * area(&oriented, k);
+            cost_before += visit * area(&node, k);
+        }
+        if cost < cost_before {
+            tree.nodes[i] = oriented;
+        }
+        u32::from(cost < cost_before && !is_oriented(node.frame))
     }
 }

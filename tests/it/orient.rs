@@ -20,13 +20,13 @@ fn dito(points: u32) -> Recipe {
 }
 
 /// Thin triangles in all directions.
-fn slivers(n: usize, seed: u64) -> Vec<Corners> {
+pub fn slivers(n: usize, seed: u64) -> Vec<Corners> {
     let long = random(n, 0.2, seed);
     long.iter().map(|[a, b, _]| [*a, *b, std::array::from_fn(|k| b[k] + 1e-3 * (k as f32 - 1.0))]).collect()
 }
 
 /// What the device's tree is like, sound as it must be.
-fn stats(scene: &Scene, recipe: &Recipe) -> Stats {
+pub fn stats(scene: &Scene, recipe: &Recipe) -> Stats {
     let device = quiet();
     let buffers = SceneBuffers::upload(&device, scene).unwrap();
     let bvh = bvh::build(&device, &buffers, recipe, Timing::Off).unwrap().bvh;
@@ -55,7 +55,8 @@ fn trees_equal_the_twins() {
 fn every_fit_equals_the_twin() {
     let device = quiet();
     let soup = scene(&slivers(3000, 7));
-    for fit in Fit::ALL {
+    // Bases: see odopfit.
+    for fit in Fit::ALL.into_iter().filter(|fit| fit.bases().is_none()) {
         let (built, _) = assert_twin("fits", &device, &soup, &Recipe { fit, ..dito(14) });
         assert_eq!(built.bvh.oriented > 0, fit != Fit::Aabb);
     }
@@ -122,13 +123,13 @@ fn what_lies_along_the_axes_stays() {
     assert_eq!(stats(&scene(&grid(2000)), &dito(26)).oriented, 0);
 }
 
-fn found(device: &Arc<Device>, bvh: &bvh::Bvh, batch: &Batch, options: Options) -> Vec<Hit> {
+pub fn found(device: &Arc<Device>, bvh: &bvh::Bvh, batch: &Batch, options: Options) -> Vec<Hit> {
     trace(device, bvh, batch, options, Timing::Off).unwrap();
     batch.hits.read_first(batch.count).unwrap()
 }
 
 /// Rays at the corners and along the edges of triangles around (`at`, `at`, `at`), along the axes, and from everywhere.
-fn rays(soup: &[Corners], at: f32) -> Vec<Ray> {
+pub fn rays(soup: &[Corners], at: f32) -> Vec<Ray> {
     let mut rays = random_rays(1500, 3);
     rays.iter_mut().for_each(|r| r.origin = r.origin.map(|x| x + at));
     for (i, [a, b, c]) in soup.iter().enumerate().step_by(soup.len().div_ceil(700)) {
