@@ -46,7 +46,8 @@ pub(super) struct BuildReport {
     node_cost: f32,
     #[serde(skip_serializing_if = "Option::is_none")]
     oriented_cost: Option<f32>,
-    costs: [f32; 2],
+    /// Of a binary node and of a triangle.
+    sah_costs: [f32; 2],
     runs: usize,
     build_ms: f64,
     /// Of the last build, the share of its time that the CPU took.
@@ -93,7 +94,7 @@ impl BuildReport {
             fit: recipe.fit.name(),
             node_cost: recipe.collapse.node_cost,
             oriented_cost: (recipe.fit != Fit::Aabb).then_some(recipe.oriented_cost),
-            costs: [recipe.collapse.traversal_cost, recipe.collapse.triangle_cost],
+            sah_costs: [recipe.collapse.traversal_cost, recipe.collapse.triangle_cost],
             runs: builds.device.runs,
             build_ms: builds.device.median,
             build_host_ms: builds.built.times.host_ms,
@@ -128,9 +129,9 @@ impl BuildReport {
 
 /// Runs the command.
 pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
-    let recipe = args.recipe.recipe();
     let json = args.report.json.as_deref().map(Output::new).transpose()?;
     let device = global.open_device()?;
+    let recipe = args.recipe.recipe(global, &device)?;
     let scene = global.open_scene(&args.scene)?;
     let buffers = SceneBuffers::upload(&device, &scene)?;
     let builds = measure_builds(&device, &buffers, &recipe, args.report.runs as usize)?;

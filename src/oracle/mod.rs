@@ -11,6 +11,7 @@ pub mod dito;
 pub mod exact;
 pub mod layout;
 pub mod lbvh;
+pub mod mixed;
 pub mod morton;
 pub mod orient;
 pub mod ploc;
@@ -20,6 +21,7 @@ pub mod raysort;
 pub mod reference;
 pub mod scan;
 pub mod sort;
+pub mod tight;
 pub mod trace;
 pub mod validate;
 
