@@ -169,7 +169,7 @@ impl From<&Verdict> for Check {
 #[serde(tag = "row", rename_all = "lowercase")]
 enum Line {
     Header(Header),
-    Build(BuildRow),
+    Build(Box<BuildRow>),
     Rays(RayRow),
 }
 
@@ -288,7 +288,7 @@ impl Rows {
             }
             (1, _) => return Err(wrong("it does not begin with what was measured".into())),
             (_, Line::Header(_)) => return Err(wrong("a second beginning".into())),
-            (_, Line::Build(row)) => self.builds.push(row),
+            (_, Line::Build(row)) => self.builds.push(*row),
             (_, Line::Rays(row)) => self.rays.push(row),
         }
         Ok(())
@@ -307,10 +307,10 @@ impl Rows {
     /// # Errors
     /// [`RowsError::Io`].
     pub fn push_build(&mut self, row: BuildRow) -> Result<()> {
-        let line = Line::Build(row);
+        let line = Line::Build(Box::new(row));
         self.write(&line)?;
         if let Line::Build(row) = line {
-            self.builds.push(row);
+            self.builds.push(*row);
         }
         Ok(())
     }

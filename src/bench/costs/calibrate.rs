@@ -1,8 +1,8 @@
 //! The micro-benchmark: small generated scenes, each as trees that test much of one kind and little of the others, traced
 //! by the kernels that trace everything else, and their times taken apart by what was tested.
 //!
-//! Robust rather than exact. All trees take turns, in runs of a millisecond, and the least time of each counts: what
-//! else the machine does lengthens most runs, hardly all of them. On a software driver a run is one workgroup, so one
+//! Robust rather than exact. All trees take turns, in runs of less than a millisecond, and the least time of each counts:
+//! what else the machine does lengthens most runs, hardly all of them. On a software driver a run is one workgroup, so one
 //! thread's, and its time is shared out among the threads: no run waits for the machine's other cores. Nodes and
 //! triangles stay in caches: a large scene's tests take longer, all kinds of them.
 
@@ -26,11 +26,15 @@ const TRIANGLES: u64 = 8_000;
 const CUTS: [[f32; 2]; 2] = [[0.5, 2.0], [20.0, 2.0]];
 /// The calibration's kind of chance.
 const RAYS: u64 = 0xc0;
+/// Rays of a run on a software driver, no more than a workgroup takes.
+const CPU_RAYS: usize = 512;
 /// Rays of a run where the device is a GPU: more than it runs at once.
 const GPU_RAYS: usize = 1 << 18;
-/// Runs of each at least, and the time after which none is begun.
-const ROUNDS: usize = 5;
-const TIME: Duration = Duration::from_millis(500);
+/// Runs of each: a third of a second on a machine with nothing else to do.
+const ROUNDS: usize = 64;
+/// Runs of each at least, and the time after which more are not begun.
+const LEAST_ROUNDS: usize = 5;
+const TIME: Duration = Duration::from_secs(2);
 /// No test costs less than this share of the dearest: noise must not make one free.
 const LEAST_SHARE: f64 = 1.0 / 64.0;
 
@@ -51,16 +55,17 @@ pub(super) fn calibrate(device: &Arc<Device>) -> Result<Costs> {
     let mut cases = cases(device)?;
     let options = Options { walk: Walk::Refill, ..Options::default() };
     let start = Instant::now();
-    let mut round = 0;
-    while round < ROUNDS || start.elapsed() < TIME {
+    for round in 0..ROUNDS {
+        if round >= LEAST_ROUNDS && start.elapsed() > TIME {
+            break;
+        }
         for case in &mut cases {
             let ms = trace(device, &case.bvh, &case.batch, options, Timing::Outer)?.device_ms;
-            // The first runs warm up.
+            // The first run of each warms up.
             if round > 0 && ms > 0.0 {
                 case.ms = case.ms.min(ms);
             }
         }
-        round += 1;
     }
     let threads = f64::from(device.shape().threads);
     let samples: Vec<_> = cases.iter().filter(|c| c.ms.is_finite()).map(|c| c.sample(threads)).collect();
@@ -104,7 +109,7 @@ impl Case {
     fn new(device: &Arc<Device>, bvh: Arc<Bvh>, bounds: &Aabb, origins: Origins) -> Result<Self> {
         let shape = device.shape();
         let workgroup = (shape.refill * shape.trace_workgroup) as usize;
-        let count = if device.info().is_cpu() { workgroup } else { GPU_RAYS };
+        let count = if device.info().is_cpu() { CPU_RAYS.min(workgroup) } else { GPU_RAYS };
         let mut batch = Batch::new(device, count, true)?;
         batch.set(&rays(bounds, origins, count))?;
         trace(device, &bvh, &batch, Options::default(), Timing::Off)?;
