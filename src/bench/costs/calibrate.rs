@@ -30,7 +30,7 @@ const RAYS: u64 = 0xc0;
 const CPU_RAYS: usize = 512;
 /// Rays of a run where the device is a GPU: more than it runs at once.
 const GPU_RAYS: usize = 1 << 18;
-/// Runs of each: a third of a second on a machine with nothing else to do.
+/// Runs of each.
 const ROUNDS: usize = 64;
 /// Runs of each at least, and the time after which more are not begun.
 const LEAST_ROUNDS: usize = 5;

@@ -1,4 +1,4 @@
-//! What tests cost: by the book, or as this device was measured to take (see [`calibrate`]).
+//! What tests cost: by the book, or as this device was measured to take (see `costs/calibrate.rs`).
 //!
 //! **Unit.** ns of device time that one test of one ray adds to a large batch: on a device that runs many rays at once,
 //! the time of the batch over its tests, not how long one test takes. A test is what [`TestTotals`] counts: a child's
