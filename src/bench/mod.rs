@@ -2,6 +2,7 @@
 
 mod builds;
 mod choice;
+pub mod costs;
 mod kernels;
 mod plan;
 mod presets;
@@ -11,9 +12,11 @@ mod rows;
 mod run;
 mod stats;
 mod traces;
+mod volumes;
 
 pub use builds::{Builds, measure_builds};
 pub use choice::{Choice, Trial, choose_walk};
+pub use costs::Costs;
 pub use kernels::{KernelTime, by_kernel};
 pub use plan::{Contender, Coverage, Key, Plan, RayFile, RayKind, RaySet};
 pub use presets::{Preset, PresetError, Presets};

@@ -186,6 +186,7 @@ impl<'a> Rays<'a> {
         for cell in &mut open.cells {
             cell.row.kernel = cell.options.walk.kernel_name().to_owned();
             cell.row.sorted = cell.options.order == RayOrder::Sorted;
+            cell.row.cost_per_ray = stage.costs.per_ray(&cell.row.tests, cell.row.rays);
             cell.row.check = stage.reference.as_ref().map(|reference| {
                 Check::from(&judge(reference, &open.sample, &cell.sample, cell.options.query))
             });
@@ -308,6 +309,7 @@ impl Cell {
             hits: 0,
             trace_ms: Spread::default(),
             tests: TestTotals::default(),
+            cost_per_ray: 0.0,
             kernels: Vec::<KernelTime>::new(),
             check: None,
         };

@@ -2,6 +2,7 @@
 
 use super::rows::{BuildRow, Check, Header, RayRow};
 use super::{Plan, Rows, Spread, TestTotals};
+use crate::bvh::Fit;
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 
 /// The rows of a plan that are there, in its order.
@@ -11,6 +12,9 @@ pub struct Report<'r> {
     header: &'r Header,
     builds: Vec<&'r BuildRow>,
     rays: Vec<&'r RayRow>,
+    /// The first builder whose boxes are all axis-aligned.
+    #[serde(skip)]
+    aligned: Option<String>,
 }
 
 /// A line of the CSV: a build and, where rays were traced, a set of a view.
@@ -34,6 +38,16 @@ struct Line<'a> {
     node_area: f64,
     leaf_area: f64,
     triangles_per_leaf: f64,
+    aabb_boxes: f64,
+    aabb_box_area: f64,
+    inner_area_share: f64,
+    leaf_area_share: f64,
+    total_area_share: f64,
+    memory_share: Option<f64>,
+    mixed_cost: f64,
+    aabb_cost: f64,
+    binary_mixed_cost: Option<f64>,
+    binary_aabb_cost: Option<f64>,
     depth: u32,
     bvh_bytes: u64,
     scratch_bytes: u64,
@@ -49,6 +63,7 @@ struct Line<'a> {
     mrays_spread_percent: Option<f64>,
     boxes_per_ray: Option<f64>,
     triangles_per_ray: Option<f64>,
+    cost_per_ray_ns: Option<f64>,
     checked_rays: Option<usize>,
     faults: Option<usize>,
     unsure: Option<usize>,
@@ -66,7 +81,16 @@ impl<'r> Report<'r> {
             header,
             builds: keys.iter().filter_map(|key| rows.build(key)).collect(),
             rays: keys.iter().filter_map(|key| rows.rays(key)).collect(),
+            aligned: plan.contenders.iter().find(|c| c.recipe.fit == Fit::Aabb).map(|c| c.name.clone()),
         }
+    }
+
+    pub(super) fn builds(&self) -> &[&'r BuildRow] {
+        &self.builds
+    }
+
+    pub(super) fn aligned(&self) -> Option<&str> {
+        self.aligned.as_deref()
     }
 
     /// What is wrong with checked hits: scene, builder, set and verdict of each row with faults.
@@ -120,6 +144,16 @@ impl<'r> Report<'r> {
             node_area: b.tree.node_area,
             leaf_area: b.tree.leaf_area,
             triangles_per_leaf: b.tree.triangles_per_leaf,
+            aabb_boxes: b.tight.aabb_share,
+            aabb_box_area: b.tight.aabb_area_share,
+            inner_area_share: b.tight.inner_area,
+            leaf_area_share: b.tight.leaf_area,
+            total_area_share: b.tight.total_area,
+            memory_share: self.memory_share(b),
+            mixed_cost: b.tight.cost,
+            aabb_cost: b.tight.aabb_cost,
+            binary_mixed_cost: b.mixed.map(|m| m.cost),
+            binary_aabb_cost: b.mixed.map(|m| m.aabb_cost),
             depth: b.tree.depth,
             bvh_bytes: b.bvh_bytes,
             scratch_bytes: b.scratch_bytes,
@@ -135,6 +169,7 @@ impl<'r> Report<'r> {
             mrays_spread_percent: r.map(|r| r.trace_ms.percent()),
             boxes_per_ray: per_ray(|t| t.boxes + t.oriented),
             triangles_per_ray: per_ray(|t| t.triangles),
+            cost_per_ray_ns: r.map(|r| r.cost_per_ray),
             checked_rays: check.map(|c| c.rays),
             faults: check.map(|c| c.faults),
             unsure: check.map(|c| c.unsure),
@@ -202,6 +237,7 @@ impl<'r> Report<'r> {
             "best",
             "boxes/ray",
             "tri/ray",
+            "cost/ray ns",
             "faults",
             "unsure",
             "checked",
@@ -223,6 +259,7 @@ impl<'r> Report<'r> {
                 format!("{:.2}", rate.max),
                 format!("{:.1}", (all.tests.boxes + all.tests.oriented) as f64 / n),
                 format!("{:.1}", all.tests.triangles as f64 / n),
+                format!("{:.0}", self.header.costs.per_ray(&all.tests, all.rays)),
                 checked(all.check.faults),
                 checked(all.check.unsure),
                 checked(all.check.rays),
@@ -316,7 +353,7 @@ impl Views {
     }
 }
 
-fn table(header: &[&str]) -> Table {
+pub(super) fn table(header: &[&str]) -> Table {
     let mut table = Table::new();
     table.load_style(presets::ASCII_MARKDOWN).set_content_arrangement(ContentArrangement::Disabled);
     table.set_header(header.iter().copied());
@@ -324,7 +361,7 @@ fn table(header: &[&str]) -> Table {
 }
 
 /// The first `words` columns to the left, numbers to the right.
-fn finish(mut table: Table, words: usize) -> String {
+pub(super) fn finish(mut table: Table, words: usize) -> String {
     for column in table.column_iter_mut().skip(words) {
         column.set_cell_alignment(CellAlignment::Right);
     }

@@ -2,10 +2,12 @@
 //! that says what was measured on what. A run that was cut off goes on from there.
 
 use super::plan::Key;
-use super::{KernelTime, Plan, Spread, TestTotals};
+use super::{Costs, KernelTime, Plan, Spread, TestTotals};
 use crate::device::DeviceInfo;
 use crate::oracle::compare::Verdict;
+use crate::oracle::mixed::Mixed;
 use crate::oracle::quality::Quality;
+use crate::oracle::tight::Tightness;
 use crate::oracle::validate::Stats;
 use serde::{Deserialize, Serialize};
 use std::fs::{self, File, OpenOptions};
@@ -13,7 +15,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// What a run was about: the first line.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Header {
     /// Device name.
     pub device: String,
@@ -23,16 +25,19 @@ pub struct Header {
     pub commit: String,
     /// As [`Plan::fingerprint`].
     pub plan: String,
+    /// What the device's tests cost, ns: of the run that began the file, should it be measured anew meanwhile.
+    pub costs: Costs,
 }
 
 impl Header {
-    /// Of `plan` on a device.
-    pub fn new(device: &DeviceInfo, plan: &Plan) -> Self {
+    /// Of `plan` on a device whose tests cost `costs`.
+    pub fn new(device: &DeviceInfo, plan: &Plan, costs: Costs) -> Self {
         Self {
             device: device.name.clone(),
             driver: device.driver.clone(),
             commit: env!("BOXWOOD_COMMIT").to_owned(),
             plan: plan.fingerprint(),
+            costs,
         }
     }
 
@@ -70,6 +75,11 @@ pub struct BuildRow {
     pub tree: Stats,
     /// How good it is beside its SAH cost.
     pub quality: Quality,
+    /// How tight its boxes are.
+    pub tight: Tightness,
+    /// What its binary tree would cost, were the boxes of its nodes chosen one by one; none where all are axis-aligned.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub mixed: Option<Mixed>,
     /// SHA-256 of the tree.
     pub tree_hash: String,
     /// Build time by kernel, of one run with a stamp a kernel.
@@ -99,6 +109,8 @@ pub struct RayRow {
     pub trace_ms: Spread,
     /// Tests of each ray walking alone, of all rays.
     pub tests: TestTotals,
+    /// What those of a ray cost in the mean, ns: by [`Header::costs`].
+    pub cost_per_ray: f64,
     /// Time by kernel, of one run with a stamp a kernel.
     pub kernels: Vec<KernelTime>,
     /// Hits against the reference, on a sample of the rays.
@@ -157,7 +169,7 @@ impl From<&Verdict> for Check {
 #[serde(tag = "row", rename_all = "lowercase")]
 enum Line {
     Header(Header),
-    Build(BuildRow),
+    Build(Box<BuildRow>),
     Rays(RayRow),
 }
 
@@ -207,6 +219,7 @@ type Result<T> = std::result::Result<T, RowsError>;
 pub struct Rows {
     path: PathBuf,
     file: File,
+    header: Header,
     builds: Vec<BuildRow>,
     rays: Vec<RayRow>,
 }
@@ -224,9 +237,18 @@ impl Rows {
             fs::rename(path, old).map_err(io("rename"))?;
         }
         let file = OpenOptions::new().append(true).create_new(true).open(path).map_err(io("make"))?;
-        let mut rows = Self { path: path.to_owned(), file, builds: vec![], rays: vec![] };
+        let mut rows = Self::of(path, file, header);
         rows.write(&Line::Header(header.clone()))?;
         Ok(rows)
+    }
+
+    fn of(path: &Path, file: File, header: &Header) -> Self {
+        Self { path: path.to_owned(), file, header: header.clone(), builds: vec![], rays: vec![] }
+    }
+
+    /// What the run is about, as its first part has it.
+    pub fn header(&self) -> &Header {
+        &self.header
     }
 
     /// Goes on with the file at `path`, or begins it where there is none. A last line that was cut off is dropped.
@@ -246,26 +268,27 @@ impl Rows {
         }
         let file = OpenOptions::new().append(true).open(path).map_err(io("write"))?;
         file.set_len(whole as u64).map_err(io("write"))?;
-        let mut rows = Self { path: path.to_owned(), file, builds: vec![], rays: vec![] };
+        let mut rows = Self::of(path, file, header);
         for (i, text) in bytes[..whole].split(|b| *b == b'\n').enumerate().filter(|(_, t)| !t.is_empty()) {
-            rows.take(i + 1, text, header)?;
+            rows.take(i + 1, text)?;
         }
         Ok(rows)
     }
 
     /// Takes in a line that was read.
-    fn take(&mut self, line: usize, text: &[u8], header: &Header) -> Result<()> {
+    fn take(&mut self, line: usize, text: &[u8]) -> Result<()> {
         let wrong = |why: String| RowsError::Line { path: self.path.clone(), line, why };
         match (line, serde_json::from_slice(text).map_err(|e| wrong(e.to_string()))?) {
             (1, Line::Header(there)) => {
-                if let Some([what, there, here]) = there.difference(header) {
+                if let Some([what, there, here]) = there.difference(&self.header) {
                     let (what, there, here) = (what.into(), there.into(), here.into());
                     return Err(RowsError::Other { path: self.path.clone(), what, there, here });
                 }
+                self.header = there;
             }
             (1, _) => return Err(wrong("it does not begin with what was measured".into())),
             (_, Line::Header(_)) => return Err(wrong("a second beginning".into())),
-            (_, Line::Build(row)) => self.builds.push(row),
+            (_, Line::Build(row)) => self.builds.push(*row),
             (_, Line::Rays(row)) => self.rays.push(row),
         }
         Ok(())
@@ -284,10 +307,10 @@ impl Rows {
     /// # Errors
     /// [`RowsError::Io`].
     pub fn push_build(&mut self, row: BuildRow) -> Result<()> {
-        let line = Line::Build(row);
+        let line = Line::Build(Box::new(row));
         self.write(&line)?;
         if let Line::Build(row) = line {
-            self.builds.push(row);
+            self.builds.push(*row);
         }
         Ok(())
     }
@@ -338,7 +361,8 @@ mod tests {
     use super::*;
 
     fn header(commit: &str) -> Header {
-        Header { device: "d".into(), driver: "v".into(), commit: commit.into(), plan: "p".into() }
+        let costs = Costs { boxes: 0.1, oriented: 0.1 + 0.2, triangles: 0.7 };
+        Header { device: "d".into(), driver: "v".into(), commit: commit.into(), plan: "p".into(), costs }
     }
 
     fn row(scene: &str) -> BuildRow {
@@ -352,6 +376,8 @@ mod tests {
             scratch_bytes: 2,
             tree: Stats { sah: 1.0 / 3.0, area_by_level: vec![1.0, 0.1 + 0.2], ..Stats::default() },
             quality: Quality { epo: 0.7, ..Quality::default() },
+            tight: Tightness { cost: 0.1 + 0.2, ..Tightness::default() },
+            mixed: Some(Mixed { cost: 1.0 / 3.0, aabb_cost: 0.7 }),
             tree_hash: "ff".into(),
             kernels: vec![KernelTime { name: "a/b".into(), count: 1, ms: 0.1 }],
         }
@@ -381,6 +407,16 @@ mod tests {
         }
         fs::write(&path, &whole[..5]).unwrap();
         assert_eq!(Rows::resume(&path, &header("c")).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn costs_are_those_of_the_run_that_began() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("rows.jsonl");
+        Rows::create(&path, &header("c")).unwrap();
+        let anew = Header { costs: Costs::book(), ..header("c") };
+        assert_eq!(Rows::resume(&path, &anew).unwrap().header(), &header("c"));
+        assert_eq!(Rows::create(&path, &anew).unwrap().header(), &anew);
     }
 
     #[test]

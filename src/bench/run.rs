@@ -3,12 +3,12 @@
 
 use super::rays::Rays;
 use super::stats::{enough, warm_up};
-use super::{BenchError, BuildRow, Contender, Plan, Result, Rows, Spread, by_kernel};
-use crate::bvh::{Built, Bvh, SceneBuffers, build};
+use super::{BenchError, BuildRow, Contender, Costs, Plan, Result, Rows, Spread, by_kernel};
+use crate::bvh::{Built, Bvh, Fit, SceneBuffers, build, stages};
 use crate::device::{Device, Timing};
-use crate::oracle::quality;
 use crate::oracle::reference::Reference;
 use crate::oracle::validate::{Claims, validate};
+use crate::oracle::{mixed, quality, tight};
 use crate::scene::{Scene, SceneError};
 use std::sync::Arc;
 
@@ -30,7 +30,7 @@ pub fn run(device: &Arc<Device>, plan: &Plan, open: Open, rows: &mut Rows, progr
         }
         progress(&format!("{spec}: opening"), rows);
         let scene = open(spec)?;
-        let mut stage = Stage::new(device, plan, spec, &scene)?;
+        let mut stage = Stage::new(device, plan, spec, &scene, rows.header().costs)?;
         stage.build(rows, progress)?;
         if plan.check > 0 && !plan.rays.is_empty() {
             progress(&format!("{spec}: preparing the f64 reference"), rows);
@@ -50,6 +50,8 @@ pub(super) struct Stage<'a> {
     /// As the plan has it.
     pub(super) spec: &'a str,
     pub(super) scene: &'a Scene,
+    /// Of the device's tests.
+    pub(super) costs: Costs,
     pub(super) buffers: SceneBuffers,
     /// One a contender.
     pub(super) trees: Vec<Bvh>,
@@ -65,9 +67,15 @@ struct Builds<'a> {
 }
 
 impl<'a> Stage<'a> {
-    fn new(device: &'a Arc<Device>, plan: &'a Plan, spec: &'a str, scene: &'a Scene) -> Result<Self> {
+    fn new(
+        device: &'a Arc<Device>,
+        plan: &'a Plan,
+        spec: &'a str,
+        scene: &'a Scene,
+        costs: Costs,
+    ) -> Result<Self> {
         let buffers = SceneBuffers::upload(device, scene)?;
-        Ok(Self { device, plan, spec, scene, buffers, trees: vec![], reference: None })
+        Ok(Self { device, plan, spec, scene, costs, buffers, trees: vec![], reference: None })
     }
 
     /// Builds every contender's tree; measures those whose rows are missing.
@@ -113,6 +121,13 @@ impl<'a> Stage<'a> {
         let claims = Claims::of(bvh, contender.recipe.collapse);
         let stats = validate(self.scene, &tree, &claims)
             .map_err(|source| BenchError::Tree { scene: self.scene.name.clone(), source })?;
+        // A study of the binary tree, which is no part of what is built: one more build tells it.
+        let mixed = if contender.recipe.fit == Fit::Aabb {
+            None
+        } else {
+            let stages = stages(self.device, &self.buffers, &contender.recipe)?.1;
+            Some(mixed::measure(self.scene, &stages))
+        };
         Ok(BuildRow {
             scene: self.spec.to_owned(),
             builder: contender.name.clone(),
@@ -123,6 +138,8 @@ impl<'a> Stage<'a> {
             scratch_bytes: *scratch_bytes,
             tree: stats,
             quality: quality::measure(&tree, &claims),
+            tight: tight::measure(&tree, claims.anchor, &claims.bounds),
+            mixed,
             tree_hash: tree.hash(),
             kernels: by_kernel(&times.passes),
         })

@@ -4,7 +4,7 @@ use super::choices::{SortName, TransformArgs};
 use super::files::{self, Output};
 use super::{Global, warn_of};
 use crate::bench::{
-    Contender, Coverage, Header, Plan, Preset, Presets, RayFile, RayKind, RaySet, Report, Rows,
+    Contender, Costs, Coverage, Header, Plan, Preset, Presets, RayFile, RayKind, RaySet, Report, Rows,
     run as measure,
 };
 use crate::device::DeviceInfo;
@@ -157,7 +157,8 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     std::fs::create_dir_all(&args.out)
         .with_context(|| format!("can't make the folder {}", args.out.display()))?;
     let path = |name: &str| args.out.join(name);
-    let header = Header::new(device.info(), &plan);
+    let costs = Costs::measured(&device, global.cache().as_deref())?;
+    let header = Header::new(device.info(), &plan, costs);
     let open = if args.resume { Rows::resume } else { Rows::create };
     let mut rows = open(&path("rows.jsonl"), &header)?;
     if args.resume {
@@ -179,8 +180,9 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     }
     done?;
 
-    let report = Report::new(&header, &plan, &rows);
-    print(&report, &header, &plan)?;
+    let header = rows.header();
+    let report = Report::new(header, &plan, &rows);
+    print(&report, header, &plan)?;
     let (json, csv) = (path("bench.json"), path("bench.csv"));
     Output::new(&json)?.finish(files::json(&report)?.as_bytes())?;
     Output::new(&csv)?.finish(&report.csv().context("can't write the CSV")?)?;
@@ -233,6 +235,11 @@ fn print(report: &Report, header: &Header, plan: &Plan) -> Result<()> {
         "\nBuilds: bounds, Morton codes, sort, tree, leaves by cost, layout\n{}",
         report.build_table()
     )?;
+    writeln!(
+        out,
+        "\nBoxes: shares and areas against the same tree with axis-aligned boxes; expected costs with (3, 4, 2) against (3, 2), of the tree and of its binary tree with the boxes of its nodes chosen one by one\n{}",
+        report.volume_table()
+    )?;
     if !plan.rays.is_empty() {
         let which = match plan.coverage {
             Coverage::All => "all of them".to_owned(),
@@ -245,6 +252,11 @@ fn print(report: &Report, header: &Header, plan: &Plan) -> Result<()> {
             "\nRays: {} views of {width} × {height} primaries; 32 secondaries a hit, {which}\n{}",
             plan.views,
             report.ray_table()
+        )?;
+        let Costs { boxes, oriented, triangles } = header.costs;
+        writeln!(
+            out,
+            "Cost: tests times what one takes here: a box {boxes:.2} ns, an oriented one {oriented:.2}, a triangle {triangles:.2}."
         )?;
         match plan.check {
             0 => writeln!(out, "Hits were not checked.")?,

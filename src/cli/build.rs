@@ -5,9 +5,11 @@ use super::choices::{RecipeArgs, ReportArgs, SceneArgs};
 use super::files::{Output, emit};
 use super::{Global, explain};
 use crate::bench::{Builds, KernelTime, measure_builds};
-use crate::bvh::{Builder, Bvh, Fit, Recipe, SceneBuffers};
+use crate::bvh::{Builder, Bvh, Fit, Recipe, SceneBuffers, stages};
 use crate::device::Device;
+use crate::oracle::mixed::{self, Mixed};
 use crate::oracle::quality::{Quality, measure};
+use crate::oracle::tight::{self, Tightness};
 use crate::oracle::validate::Claims;
 use crate::scene::Scene;
 use anyhow::Result;
@@ -22,7 +24,7 @@ pub(super) struct Args {
     #[command(flatten)]
     report: ReportArgs,
     /// Check the tree, and measure what its SAH cost doesn't see: end-point overlap, leaf-count variability, area by
-    /// level.
+    /// level, how tight its boxes are.
     #[arg(long)]
     quality: bool,
 }
@@ -50,7 +52,8 @@ pub(super) struct BuildReport {
     oriented_cost: Option<f32>,
     #[serde(skip_serializing_if = "Option::is_none")]
     local_search: Option<u32>,
-    costs: [f32; 2],
+    /// Of a binary node and of a triangle.
+    sah_costs: [f32; 2],
     runs: usize,
     build_ms: f64,
     /// Of the last build, the share of its time that the CPU took.
@@ -77,6 +80,12 @@ struct Report<'a> {
     check: Option<Checks>,
     #[serde(skip_serializing_if = "Option::is_none")]
     quality: Option<Quality>,
+    /// How tight its boxes are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tight: Option<Tightness>,
+    /// What its binary tree would cost, were the boxes of its nodes chosen one by one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mixed: Option<Mixed>,
 }
 
 impl BuildReport {
@@ -99,7 +108,7 @@ impl BuildReport {
             node_cost: recipe.collapse.node_cost,
             oriented_cost: (recipe.fit != Fit::Aabb).then_some(recipe.oriented_cost),
             local_search: (recipe.local_search > 0).then_some(recipe.local_search),
-            costs: [recipe.collapse.traversal_cost, recipe.collapse.triangle_cost],
+            sah_costs: [recipe.collapse.traversal_cost, recipe.collapse.triangle_cost],
             runs: builds.device.runs,
             build_ms: builds.device.median,
             build_host_ms: builds.built.times.host_ms,
@@ -134,9 +143,9 @@ impl BuildReport {
 
 /// Runs the command.
 pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
-    let recipe = args.recipe.recipe();
     let json = args.report.json.as_deref().map(Output::new).transpose()?;
     let device = global.open_device()?;
+    let recipe = args.recipe.recipe(global, &device)?;
     let scene = global.open_scene(&args.scene)?;
     let buffers = SceneBuffers::upload(&device, &scene)?;
     let builds = measure_builds(&device, &buffers, &recipe, args.report.runs as usize)?;
@@ -151,9 +160,18 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     } else {
         None
     };
-    let quality = if args.quality { Some(measured(global, &builds.built.bvh, &recipe)?) } else { None };
     let faults = check.as_ref().and_then(Checks::faults);
-    emit(&Report { build: &build, kernels: &builds.kernels, check, quality }, json)?;
+    let mut report =
+        Report { build: &build, kernels: &builds.kernels, check, quality: None, tight: None, mixed: None };
+    if args.quality {
+        let bvh = &builds.built.bvh;
+        let tight = tight::measure(&bvh.read()?, bvh.anchor, &bvh.bounds);
+        let mixed = mixed::measure(&scene, &stages(&device, &buffers, &recipe)?.1);
+        report.quality = Some(measured(global, bvh, &recipe)?);
+        remark_boxes(global, &tight, &mixed);
+        (report.tight, report.mixed) = (Some(tight), Some(mixed));
+    }
+    emit(&report, json)?;
     check::fail_on(faults)
 }
 
@@ -169,4 +187,20 @@ fn measured(global: &Global, bvh: &Bvh, recipe: &Recipe) -> Result<Quality> {
         quality.epo, quality.wide_sah, quality.leaves_per_ray, quality.lcv
     ));
     Ok(quality)
+}
+
+/// Lines for people on how tight the boxes are.
+fn remark_boxes(global: &Global, tight: &Tightness, mixed: &Mixed) {
+    global.remark(format_args!(
+        "boxes: {:.2} % axis-aligned, {:.2} % by area; area of nodes {:.2} %, of leaves {:.2} %, of all {:.2} % of axis-aligned ones",
+        100.0 * tight.aabb_share,
+        100.0 * tight.aabb_area_share,
+        100.0 * tight.inner_area,
+        100.0 * tight.leaf_area,
+        100.0 * tight.total_area
+    ));
+    global.remark(format_args!(
+        "cost with (3, 4, 2): {:.2}, and {:.2} with axis-aligned boxes; of the binary tree, node by node, {:.2} and {:.2}",
+        tight.cost, tight.aabb_cost, mixed.cost, mixed.aabb_cost
+    ));
 }

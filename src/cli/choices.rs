@@ -1,11 +1,16 @@
 //! Arguments that several subcommands share, and what they mean to the library.
 
+use super::Global;
+use crate::bench::Costs;
 use crate::bvh::{Bases, Collapse, Fit, Generator, Method, Morton, Recipe};
+use crate::device::Device;
 use crate::scene::Transform;
 use crate::trace::{Precision, RayOrder};
+use anyhow::Result;
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 impl ValueEnum for Method {
     fn value_variants<'a>() -> &'a [Self] {
@@ -166,13 +171,13 @@ fn finite(text: &str) -> Option<f64> {
     text.trim().parse().ok().filter(|x: &f64| x.is_finite())
 }
 
-fn triple(text: &str) -> Result<Triple, String> {
+fn triple(text: &str) -> std::result::Result<Triple, String> {
     let numbers: Option<Vec<f64>> = text.split(',').map(finite).collect();
     let triple = numbers.and_then(|n| <[f64; 3]>::try_from(n).ok());
     triple.map(Triple).ok_or_else(|| "write three numbers as X,Y,Z, such as 45,0,-30".to_owned())
 }
 
-fn scale(text: &str) -> Result<f64, String> {
+fn scale(text: &str) -> std::result::Result<f64, String> {
     finite(text).filter(|s| *s > 0.0).ok_or_else(|| "write a number above 0, such as 0.001".to_owned())
 }
 
@@ -194,46 +199,79 @@ pub(super) struct RecipeArgs {
     /// Where the bases of odop1 to odop8 come from.
     #[arg(long, value_enum, default_value_t = Generator::default())]
     bases: Generator,
-    /// Cost of visiting an oriented node, beside --node-cost: oriented boxes stay where they cost less.
-    #[arg(long, value_name = "cO", default_value_t = Recipe::default().oriented_cost, value_parser = cost)]
-    oriented_cost: f32,
+    /// Cost of visiting an oriented node, beside --node-cost: oriented boxes stay where they cost less. Default: 6; that of
+    /// --costs measured.
+    #[arg(long, value_name = "cO", value_parser = cost)]
+    oriented_cost: Option<f32>,
     /// Evaluations of a local search for a smaller box after each fit by DiTO: 0–1024.
     #[arg(long, value_name = "N", default_value_t = Recipe::default().local_search, value_parser = clap::value_parser!(u32).range(0..=1024))]
     local_search: u32,
     /// Triangles that a leaf may hold: 1–64.
     #[arg(long, value_name = "N", default_value_t = Recipe::default().collapse.max_leaf, value_parser = clap::value_parser!(u32).range(1..=64))]
     max_leaf: u32,
-    /// Costs of a box-pair test, for the SAH cost that is reported, and of a triangle test.
-    #[arg(long, value_name = "cT,cI", default_value = "3,2", value_parser = costs)]
-    costs: (f32, f32),
+    /// Costs of a box-pair test, for the SAH cost that is reported, and of a triangle test: two numbers; book: 3,2; measured:
+    /// what tests take on this device, ns, and a node's visits likewise.
+    #[arg(long, value_name = "book|measured|cT,cI", default_value = "book", value_parser = costs)]
+    costs: CostsName,
     /// Cost of visiting a packed node, whatever its number of children, in the units of --costs: larger ones make fewer
-    /// nodes.
-    #[arg(long, value_name = "cN", default_value_t = Recipe::default().collapse.node_cost, value_parser = cost)]
-    node_cost: f32,
+    /// nodes. Default: 5; that of --costs measured.
+    #[arg(long, value_name = "cN", value_parser = cost)]
+    node_cost: Option<f32>,
 }
 
 impl RecipeArgs {
-    /// The same for the library.
-    pub(super) fn recipe(&self) -> Recipe {
-        let (traversal_cost, triangle_cost) = self.costs;
-        let Self { builder, morton, radius, fit, oriented_cost, local_search, node_cost, max_leaf, .. } =
-            *self;
-        let collapse = Collapse { traversal_cost, node_cost, triangle_cost, max_leaf };
+    /// The same for the library, on `device`: measures what tests cost there, where that is asked for.
+    pub(super) fn recipe(&self, global: &Global, device: &Arc<Device>) -> Result<Recipe> {
+        let book = Recipe::default();
+        let priced = match self.costs {
+            CostsName::Book => book,
+            CostsName::Measured => Costs::measured(device, global.cache().as_deref())?.price(book),
+            CostsName::Pair(traversal_cost, triangle_cost) => {
+                Recipe { collapse: Collapse { traversal_cost, triangle_cost, ..book.collapse }, ..book }
+            }
+        };
+        Ok(self.with_costs(priced))
+    }
+
+    /// The same for the library, with the costs of `priced` where none are given.
+    fn with_costs(&self, priced: Recipe) -> Recipe {
+        let Self { builder, morton, radius, fit, local_search, max_leaf, .. } = *self;
+        let node_cost = self.node_cost.unwrap_or(priced.collapse.node_cost);
+        let collapse = Collapse { node_cost, max_leaf, ..priced.collapse };
+        let oriented_cost = self.oriented_cost.unwrap_or(priced.oriented_cost);
         let fit = with_bases(fit.unwrap_or(builder.fit), self.bases);
         Recipe { builder: builder.builder, morton, radius, collapse, fit, oriented_cost, local_search }
     }
 }
 
+/// Which costs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum CostsName {
+    /// The library's defaults.
+    Book,
+    /// The device's.
+    Measured,
+    /// Of a binary node and of a triangle.
+    Pair(f32, f32),
+}
+
 /// A number above 0.
-fn cost(text: &str) -> Result<f32, String> {
+fn cost(text: &str) -> std::result::Result<f32, String> {
     let number = text.trim().parse().ok().filter(|x: &f32| x.is_finite() && *x > 0.0);
     number.ok_or_else(|| "write a number above 0, such as 4".into())
 }
 
-/// Two numbers above 0, with a comma between them.
-fn costs(text: &str) -> Result<(f32, f32), String> {
-    let pair = text.split_once(',').and_then(|(a, b)| Some((cost(a).ok()?, cost(b).ok()?)));
-    pair.ok_or_else(|| "write two numbers above 0, such as 3,2".into())
+/// `book`, `measured`, or two numbers above 0 with a comma between them.
+fn costs(text: &str) -> std::result::Result<CostsName, String> {
+    let pair = || {
+        let (traversal, triangle) = text.split_once(',')?;
+        Some(CostsName::Pair(cost(traversal).ok()?, cost(triangle).ok()?))
+    };
+    match text {
+        "book" => Ok(CostsName::Book),
+        "measured" => Ok(CostsName::Measured),
+        _ => pair().ok_or_else(|| "write book, measured, or two numbers above 0, such as 3,2".into()),
+    }
 }
 
 /// What to measure, and what to say of it.
@@ -259,10 +297,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn costs_are_two_positive_numbers() {
-        assert_eq!(costs("3,2"), Ok((3.0, 2.0)));
-        assert_eq!(costs(" 1.5, 1 "), Ok((1.5, 1.0)));
-        for bad in ["", "3", "3,", "0,1", "3,-2", "inf,1", "nan,1", "1,2,3"] {
+    fn costs_have_a_name_or_are_positive() {
+        assert_eq!(costs("3,2"), Ok(CostsName::Pair(3.0, 2.0)));
+        assert_eq!(costs(" 1.5, 1 "), Ok(CostsName::Pair(1.5, 1.0)));
+        assert_eq!((costs("book"), costs("measured")), (Ok(CostsName::Book), Ok(CostsName::Measured)));
+        for bad in ["", "Book", "3", "3,", "0,1", "3,-2", "inf,1", "nan,1", "1,2,3"] {
             assert!(costs(bad).is_err(), "{bad}");
         }
         assert_eq!(cost(" 0.5"), Ok(0.5));
@@ -279,6 +318,16 @@ mod tests {
             #[command(flatten)]
             recipe: RecipeArgs,
         }
-        assert_eq!(Only::parse_from(["x"]).recipe.recipe(), Recipe::default());
+        let typed = |args: &[&str]| Only::parse_from([&["x"], args].concat()).recipe;
+        assert_eq!(typed(&[]).costs, CostsName::Book);
+        assert_eq!(typed(&[]).with_costs(Recipe::default()), Recipe::default());
+        // What is typed wins over what is measured.
+        let costs = Costs { boxes: 10.0, oriented: 12.0, triangles: 20.0 };
+        let recipe =
+            typed(&["--costs", "measured", "--node-cost", "7"]).with_costs(costs.price(Recipe::default()));
+        assert_eq!(
+            (recipe.collapse.node_cost, recipe.oriented_cost, recipe.collapse.triangle_cost),
+            (7.0, 48.0, 20.0)
+        );
     }
 }

@@ -21,6 +21,7 @@ use crate::scene::{self, Progress, Scene};
 use anyhow::Result;
 use choices::SceneArgs;
 use clap::{ArgAction, Args, Parser, Subcommand};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 use tracing_subscriber::EnvFilter;
@@ -122,6 +123,11 @@ impl Global {
 
     fn scene_options(&self) -> scene::Options {
         scene::Options { progress: self.progress(), cache: None }
+    }
+
+    /// Where fetched scenes and the device's costs are kept; none where there is no home directory.
+    fn cache(&self) -> Option<PathBuf> {
+        scene::cache_folder(&self.scene_options())
     }
 
     fn open_scene(&self, args: &SceneArgs) -> Result<Scene> {

@@ -5,7 +5,7 @@ use super::check::{self, Checks};
 use super::choices::{PrecisionName, RecipeArgs, ReportArgs, SceneArgs, SortName};
 use super::files::{self, Output, emit};
 use super::{Global, explain};
-use crate::bench::{Counting, KernelTime, Protocol, Traced, choose_walk, measure_builds, trace_all};
+use crate::bench::{Costs, Counting, KernelTime, Protocol, Traced, choose_walk, measure_builds, trace_all};
 use crate::bvh::{Bvh, SceneBuffers};
 use crate::scene::Progress;
 use crate::trace::{Options, Query, RayOrder, Walk, is_coherent};
@@ -31,7 +31,8 @@ pub(super) struct Args {
     /// Only whether there is a hit: t is 0 where there is, and no triangle is told.
     #[arg(long)]
     any: bool,
-    /// Count box and triangle tests, in a run of its own.
+    /// Count box and triangle tests, in a run of its own, and tell what they cost on this device: measured for a second,
+    /// once.
     #[arg(long)]
     count: bool,
     /// Triangle test.
@@ -70,6 +71,12 @@ struct Report<'a> {
     oriented_tests: Option<u64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     triangle_tests: Option<u64>,
+    /// Of a box test, an oriented one and a triangle test, ns.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    costs: Option<[f64; 3]>,
+    /// Tests of a ray in the mean times their costs, ns.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    cost_per_ray: Option<f64>,
     kernels: Vec<KernelTime>,
     #[serde(skip_serializing_if = "Option::is_none")]
     check: Option<Checks>,
@@ -77,11 +84,11 @@ struct Report<'a> {
 
 /// Runs the command.
 pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
-    let recipe = args.recipe.recipe();
     let rays = files::rays(&args.rays)?;
     let out = Output::new(&args.out)?;
     let json = args.report.json.as_deref().map(Output::new).transpose()?;
     let device = global.open_device()?;
+    let recipe = args.recipe.recipe(global, &device)?;
     let scene = global.open_scene(&args.scene)?;
     let buffers = SceneBuffers::upload(&device, &scene)?;
     let runs = args.report.runs as usize;
@@ -100,6 +107,10 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     };
     let choice = choose_walk(&device, bvh, &rays, untried, args.sort.orders(coherent))?;
     let options = choice.options;
+    let costs = match args.count {
+        true => Some(Costs::measured(&device, global.cache().as_deref())?),
+        false => None,
+    };
     let protocol = Protocol { runs, counting: if args.count { Counting::On } else { Counting::Off } };
     let bar = bar(global, rays.len());
     let traced = trace_all(&device, bvh, &rays, options, protocol, &|n| bar.inc(n as u64))?;
@@ -153,6 +164,8 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
         box_tests: traced.tests.map(|t| t.boxes),
         oriented_tests: traced.tests.map(|t| t.oriented),
         triangle_tests: traced.tests.map(|t| t.triangles),
+        costs: costs.map(Costs::to_array),
+        cost_per_ray: costs.zip(traced.tests).map(|(c, tests)| c.per_ray(&tests, rays.len())),
         kernels,
         check,
     };

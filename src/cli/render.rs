@@ -117,7 +117,8 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     let device = global.open_device()?;
     let scene = global.open_scene(&args.scene)?;
     let buffers = SceneBuffers::upload(&device, &scene)?;
-    let bvh = build(&device, &buffers, &args.recipe.recipe(), Timing::Off)?.bvh;
+    let recipe = args.recipe.recipe(global, &device)?;
+    let bvh = build(&device, &buffers, &recipe, Timing::Off)?.bvh;
     let view = View {
         camera: scene.views_or_default()[args.view as usize - 1],
         width: args.width,

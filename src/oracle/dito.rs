@@ -72,7 +72,7 @@ pub fn directions(points: u32) -> Vec<Vec3> {
 }
 
 /// Of `all` the points that are least and greatest along each direction, the first where several are.
-fn extremes(all: &[Vec3], directions: &[Vec3]) -> Vec<Vec3> {
+pub(super) fn extremes(all: &[Vec3], directions: &[Vec3]) -> Vec<Vec3> {
     let first = |better: fn(f32, f32) -> bool, d: &Vec3| {
         all.iter().copied().reduce(|best, p| if better(along(*d, p), along(*d, best)) { p } else { best })
     };

@@ -12,6 +12,7 @@ pub mod exact;
 pub mod fits;
 pub mod layout;
 pub mod lbvh;
+pub mod mixed;
 pub mod morton;
 pub mod odopfit;
 pub mod orient;
@@ -22,6 +23,7 @@ pub mod raysort;
 pub mod reference;
 pub mod scan;
 pub mod sort;
+pub mod tight;
 pub mod trace;
 pub mod validate;
 

@@ -22,6 +22,7 @@ pub mod write;
 
 pub use camera::Camera;
 pub use error::SceneError;
+pub use fetch::cache_folder;
 pub use manifest::{Entry, Fetched, Manifest, Registry, Source, manifest, set};
 pub use open::{FILES, Options, fetch, is_cached, names, open};
 pub use procedural::Generator;

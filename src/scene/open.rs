@@ -12,7 +12,8 @@ use super::{MAX_TRIANGLES, Progress, Scene, SceneError, gltf, mesh, obj, packed,
 pub struct Options {
     /// Bars on stderr while reading, fetching and generating.
     pub progress: Progress,
-    /// Where fetched scenes are kept; none: `$BOXWOOD_CACHE`, or else boxwood's folder in the user's cache directory.
+    /// Where fetched scenes and devices' costs are kept; none: `$BOXWOOD_CACHE`, or else boxwood's folder in the user's
+    /// cache directory.
     pub cache: Option<PathBuf>,
 }
 

@@ -94,6 +94,18 @@ fn bench_writes_its_tables() {
     for row in rays {
         assert!(row["rays"].as_u64().unwrap() > 0 && row["check"]["rays"].as_u64().unwrap() > 0, "{row}");
         assert!(row["trace_ms"]["median"].as_f64().unwrap() > 0.0, "{row}");
+        let cost =
+            |tests: &str| row["tests"][tests].as_f64().unwrap() * json["costs"][tests].as_f64().unwrap();
+        let sum = cost("boxes") + cost("oriented") + cost("triangles");
+        let per_ray = sum / row["rays"].as_f64().unwrap();
+        assert!((row["cost_per_ray"].as_f64().unwrap() / per_ray - 1.0).abs() < 1e-12, "{row}");
+    }
+    for row in builds {
+        let [of, aabb] = ["cost", "aabb_cost"].map(|key| row["tight"][key].as_f64().unwrap());
+        assert!(
+            of > 0.0 && of == aabb && row["tight"]["aabb_share"] == 1.0 && row["mixed"].is_null(),
+            "{row}"
+        );
     }
     let sorted = |rows: &[Value]| rows.iter().filter(|r| r["sorted"] == true).count();
     let on = folder.run(&args(&["--out", "s", "--sort", "on"]));
@@ -137,6 +149,35 @@ fn a_run_cut_off_goes_on() {
     assert_eq!(rows(&folder, "cut/rows.jsonl"), rows(&folder, "whole/rows.jsonl"));
     let others: Vec<_> = fs::read_dir(folder.path("cut")).unwrap().map(|e| e.unwrap().file_name()).collect();
     assert_eq!(others.len(), 3, "something is left over: {others:?}");
+}
+
+#[test]
+fn oriented_trees_are_measured_against_axis_aligned_ones() {
+    let folder = Folder::new();
+    let mut presets = PRESETS.replace("'primary', 'ao', 'diffuse', 'shadow', 'file:b.rays'", "'primary'");
+    presets.push_str("[recipes.dito]\nparent = 'default'\nbuilder = 'dito14'\nfit = 'dito14'\n");
+    fs::write(folder.path("presets.toml"), presets).unwrap();
+    let args = ["bench", "city-rotated:5k", "--preset", "quick", "--presets", "presets.toml"];
+    let out = folder.run(&[&args[..], &["--builders", "dito,ploc", "--out", "r"]].concat());
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    let json: Value = serde_json::from_slice(&fs::read(folder.path("r/bench.json")).unwrap()).unwrap();
+    let (builds, rays) = (&json["builds"], &json["rays"]);
+    let of = |row: &Value, key: &str| row["tight"][key].as_f64().unwrap();
+    let (dito, ploc) = (&builds[0], &builds[1]);
+    assert!(of(dito, "aabb_share") < 0.9 && of(dito, "total_area") < 0.9, "{dito}");
+    // The tree before, and the tree that PLOC builds, are one.
+    assert!((of(dito, "aabb_cost") / of(ploc, "cost") - 1.0).abs() < 1e-6, "{dito}");
+    let [cost, aabb_cost] = ["cost", "aabb_cost"].map(|key| dito["mixed"][key].as_f64().unwrap());
+    assert!(cost < 0.9 * aabb_cost && cost / aabb_cost < of(dito, "cost") / of(dito, "aabb_cost"), "{dito}");
+    assert!(
+        rays[0]["tests"]["oriented"].as_u64().unwrap() > 0 && rays[1]["tests"]["oriented"] == 0,
+        "{rays}"
+    );
+    let csv = fs::read_to_string(folder.path("r/bench.csv")).unwrap();
+    let mut csv = csv::Reader::from_reader(csv.as_bytes());
+    let at = csv.headers().unwrap().iter().position(|h| h == "memory_share").unwrap();
+    let shares: Vec<String> = csv.records().map(|r| r.unwrap()[at].to_owned()).collect();
+    assert_eq!(shares, ["1.0", "1.0"], "an oriented node takes no more");
 }
 
 #[test]

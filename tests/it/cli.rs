@@ -45,6 +45,8 @@ impl Folder {
     pub fn command(&self, args: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_boxwood"));
         command.args(args).current_dir(self.0.path()).env_remove("BOXWOOD_VALIDATION");
+        // What the device's tests cost is measured once for all tests, and nowhere but here.
+        command.env("BOXWOOD_CACHE", concat!(env!("CARGO_TARGET_TMPDIR"), "/cache"));
         command
     }
 
@@ -105,7 +107,9 @@ fn query_round_trip() {
         "sah",
         "node_cost",
         "box_tests",
+        "oriented_tests",
         "triangle_tests",
+        "cost_per_ray",
         "left_out",
         "radius",
         "depth",
@@ -118,6 +122,12 @@ fn query_round_trip() {
     }
     assert_eq!((&json["triangles"], &json["left_out"], &json["hits"]), (&3.into(), &1.into(), &1.into()));
     assert_eq!(json["check"]["hits"]["rays"], 3);
+    let of = |key: &str| json[key].as_f64().unwrap();
+    let tests = ["box_tests", "oriented_tests", "triangle_tests"].map(of);
+    let costs: Vec<f64> = json["costs"].as_array().unwrap().iter().map(|c| c.as_f64().unwrap()).collect();
+    assert!(costs.len() == 3 && costs.iter().all(|c| *c > 0.0), "{costs:?}");
+    let cost: f64 = tests.iter().zip(&costs).map(|(n, c)| n * c).sum();
+    assert!((of("cost_per_ray") - cost / 3.0).abs() <= 1e-12 * cost, "{json}");
     for kernel in json["kernels"].as_array().unwrap() {
         assert!(
             kernel["name"].is_string() && kernel["count"].is_number() && kernel["ms"].is_number(),
@@ -142,7 +152,7 @@ fn query_round_trip() {
     assert!(out.status.success() && !String::from_utf8_lossy(&out.stderr).contains("Mrays/s"), "{out:?}");
     assert_eq!(hits(&folder.path("a.hits")), [(0.0, u32::MAX), MISS, MISS]);
     let json: Value = serde_json::from_slice(&out.stdout).unwrap();
-    assert!(json["box_tests"].is_null() && json["query"] == "any");
+    assert!(json["box_tests"].is_null() && json["costs"].is_null() && json["query"] == "any");
 }
 
 #[test]
@@ -161,6 +171,38 @@ fn build_says_what_it_built() {
     assert!(stderr.contains("quality: end-point overlap 0.0000, wide SAH"), "{stderr}");
     assert_eq!((&json["quality"]["epo"], &json["quality"]["levels"][1]["leaves"]), (&0.0.into(), &2.into()));
     assert!(json["quality"]["lcv"].as_f64().unwrap() > 0.0, "{json}");
+    // Two boxes at 3/2, two triangles at 2 in halves of no height: half areas 16 of 24.
+    let cost = 2.0 * 1.5 + 2.0 * 2.0 * 16.0 / 24.0;
+    assert_eq!((&json["tight"]["boxes"], &json["tight"]["total_area"]), (&2.into(), &1.0.into()));
+    for key in ["tight", "mixed"] {
+        for cost_of in ["cost", "aabb_cost"] {
+            assert!((json[key][cost_of].as_f64().unwrap() - cost).abs() < 1e-4, "{key}: {json}");
+        }
+    }
+    assert!(stderr.contains("boxes: 100.00 % axis-aligned"), "{stderr}");
+}
+
+#[test]
+fn costs_are_the_books_the_devices_or_typed() {
+    let folder = Folder::new();
+    let built = |costs: &[&str]| -> Value {
+        let out = folder.run(&[&["build", "two.tri", "--runs", "1", "--builder", "dito"], costs].concat());
+        assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+        serde_json::from_slice(&out.stdout).unwrap()
+    };
+    let of = |json: &Value| {
+        [&json["sah_costs"][0], &json["sah_costs"][1], &json["node_cost"], &json["oriented_cost"]]
+            .map(|c| c.as_f64().unwrap())
+    };
+    let book = of(&built(&[]));
+    assert_eq!((book, of(&built(&["--costs", "book"]))), ([3.0, 2.0, 5.0, 6.0], book));
+    let typed = of(&built(&["--costs", "1.5,1", "--oriented-cost", "9"]));
+    assert_eq!(typed, [1.5, 1.0, 5.0, 9.0]);
+    let [pair, triangle, node, oriented] = of(&built(&["--costs", "measured"]));
+    assert!(pair > 0.0 && triangle > 0.0 && oriented > 0.0);
+    assert!((node / pair - 2.0).abs() < 1e-6, "four boxes, {node}, for two, {pair}");
+    let [_, again, typed, _] = of(&built(&["--costs", "measured", "--node-cost", "7"]));
+    assert_eq!((again, typed), (triangle, 7.0), "measured anew, or not as typed");
 }
 
 #[test]

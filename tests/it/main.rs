@@ -6,6 +6,7 @@ mod bench;
 mod binned;
 mod cli;
 mod collapse;
+mod costs;
 mod device;
 mod dito;
 mod gpu;

@@ -126,11 +126,11 @@ impl Budget {
 
 /// Hashed numbers in (0, 1), as many as are asked for: SplitMix64.
 #[derive(Debug)]
-struct Chance(u64);
+pub(crate) struct Chance(u64);
 
 impl Chance {
     /// Those of thing `index` of a kind.
-    fn new(kind: u64, index: usize) -> Self {
+    pub(crate) fn new(kind: u64, index: usize) -> Self {
         let mut seeds = Self(kind << 48 ^ index as u64);
         Self(seeds.bits())
     }
@@ -142,7 +142,8 @@ impl Chance {
         z ^ z >> 31
     }
 
-    fn share(&mut self) -> f64 {
+    /// The next.
+    pub(crate) fn share(&mut self) -> f64 {
         ((self.bits() >> 12) as f64 + 0.5) / (1u64 << 52) as f64
     }
 }

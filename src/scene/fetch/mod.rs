@@ -97,6 +97,11 @@ pub(super) fn is_cached(wanted: Wanted, options: &Options) -> bool {
     fs::metadata(cache.join(wanted.file())).is_ok_and(|m| m.is_file() && m.len() == wanted.mesh.bytes)
 }
 
+/// Boxwood's cache folder, which need not be there yet; none where there is no home directory to have it in.
+pub fn cache_folder(options: &Options) -> Option<PathBuf> {
+    cache(options)?.ok()
+}
+
 /// The cache directory: the option, the environment, the user's; none where there is no home.
 fn cache(options: &Options) -> Option<Result<PathBuf, SceneError>> {
     let set = std::env::var_os("BOXWOOD_CACHE").filter(|v| !v.is_empty()).map(PathBuf::from);

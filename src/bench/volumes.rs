@@ -1,0 +1,54 @@
+//! The table of boxes: Table 6.1's measures of trees against axis-aligned ones.
+
+use super::report::{Report, finish, table};
+use super::rows::BuildRow;
+
+impl Report<'_> {
+    /// Boxes, a row a scene and builder: shares and areas of the same tree with axis-aligned boxes, per cent; memory of
+    /// the tree of the plan's first axis-aligned builder; costs with (c_T, c_OBB, c_I) = (3, 4, 2), and beside them the
+    /// same with axis-aligned boxes.
+    pub fn volume_table(&self) -> String {
+        let mut table = table(&[
+            "scene",
+            "builder",
+            "AABB boxes %",
+            "by area %",
+            "inner area %",
+            "leaf area %",
+            "total area %",
+            "memory %",
+            "cost (3,4,2)",
+            "AABB's",
+            "ratio",
+            "node by node",
+            "AABB's",
+            "ratio",
+        ]);
+        for b in self.builds() {
+            let t = &b.tight;
+            let percent = |share: f64| format!("{:.2}", 100.0 * share);
+            let pair = |cost: f64, aabb: f64| {
+                let ratio = if aabb > 0.0 { format!("{:.3}", cost / aabb) } else { "–".into() };
+                [format!("{cost:.2}"), format!("{aabb:.2}"), ratio]
+            };
+            let none = || ["–"; 3].map(str::to_owned);
+            let mut row = vec![b.scene.clone(), b.builder.clone()];
+            row.extend(
+                [t.aabb_share, t.aabb_area_share, t.inner_area, t.leaf_area, t.total_area].map(percent),
+            );
+            row.push(self.memory_share(b).map_or("–".into(), percent));
+            row.extend(pair(t.cost, t.aabb_cost));
+            row.extend(b.mixed.map_or_else(none, |m| pair(m.cost, m.aabb_cost)));
+            table.add_row(row);
+        }
+        finish(table, 2)
+    }
+
+    /// Bytes of a tree over those of the same scene by the plan's first axis-aligned builder, where that has a row.
+    pub(super) fn memory_share(&self, row: &BuildRow) -> Option<f64> {
+        let name = self.aligned()?;
+        let same = |b: &&&BuildRow| b.scene == row.scene && b.builder == name;
+        let bytes = self.builds().iter().find(same)?.bvh_bytes;
+        (bytes > 0).then(|| row.bvh_bytes as f64 / bytes as f64)
+    }
+}
