@@ -1,6 +1,6 @@
 //! What to build: every choice of a build with its unit, range and effect.
 
-use super::{BuildError, Result};
+use super::{Bases, BuildError, Generator, Result};
 use crate::abi::{CODE_30, CODE_63, CODE_EXT4, CODE_EXT7, MAX_LEAF};
 
 /// What makes the binary tree. Everything after, leaves by cost included, is the same.
@@ -11,21 +11,50 @@ pub enum Builder {
     Ploc,
     /// The radix tree over the Morton codes \[KARRAS12\]: faster, a worse tree.
     Lbvh,
+    /// PLOC by the least box of a cluster in any of these bases instead of its axis-aligned one \[VEVERKOVA24\].
+    Odop(Bases),
     /// Top-down splits by the surface area heuristic, on the CPU \[WALD07\]: slower, a better tree.
     Binned,
 }
 
 impl Builder {
-    /// Every choice.
-    pub const ALL: [Self; 3] = [Self::Ploc, Self::Lbvh, Self::Binned];
+    /// Every choice; of sets of bases one.
+    pub const ALL: [Self; 4] =
+        [Self::Ploc, Self::Lbvh, Self::Odop(Bases { generator: Generator::Grid, degree: 2 }), Self::Binned];
 
     /// As arguments and reports have it.
     pub fn name(self) -> &'static str {
         match self {
             Self::Ploc => "ploc",
             Self::Lbvh => "lbvh",
+            Self::Odop(bases) => {
+                const NAMES: [&str; 8] =
+                    ["odop1", "odop2", "odop3", "odop4", "odop5", "odop6", "odop7", "odop8"];
+                NAMES[(bases.degree.clamp(1, 8) - 1) as usize]
+            }
             Self::Binned => "sah",
         }
+    }
+
+    /// Its bases, where it has some.
+    pub fn bases(self) -> Option<Bases> {
+        match self {
+            Self::Odop(bases) => Some(bases),
+            Self::Ploc | Self::Lbvh | Self::Binned => None,
+        }
+    }
+
+    /// The same with bases of another kind, where it has some.
+    pub fn with_generator(self, generator: Generator) -> Self {
+        match self {
+            Self::Odop(bases) => Self::Odop(Bases { generator, ..bases }),
+            other => other,
+        }
+    }
+
+    /// Whether clusters look for neighbours within a radius.
+    pub fn has_radius(self) -> bool {
+        matches!(self, Self::Ploc | Self::Odop(_))
     }
 
     /// Whether it goes by Morton codes.
@@ -133,6 +162,9 @@ pub struct Recipe {
     pub fit: Fit,
     /// Cost of visiting an oriented packed node, c_O, in the units of `collapse`; above 0. No less than `node_cost`.
     pub oriented_cost: f32,
+    /// Device memory that ODOP's boxes may take, bytes; where the device has less free, that. Less: slower, the same
+    /// tree.
+    pub memory: u64,
 }
 
 impl Default for Recipe {
@@ -146,6 +178,7 @@ impl Default for Recipe {
             collapse,
             fit: Fit::Aabb,
             oriented_cost: 6.0,
+            memory: 4 << 30,
         }
     }
 }
@@ -164,6 +197,9 @@ impl Recipe {
         }
         if !(1..=MAX_LEAF).contains(&c.max_leaf) {
             return refuse("the largest leaf", c.max_leaf.to_string(), "1 to 64");
+        }
+        if let Some(bases) = self.builder.bases().filter(|b| !(1..=8).contains(&b.degree)) {
+            return refuse("the degree of the bases", bases.degree.to_string(), "1 to 8");
         }
         if !Fit::ALL.contains(&self.fit) {
             return refuse("the number of extremal points", format!("{:?}", self.fit), "12, 14, 20 or 26");

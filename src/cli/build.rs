@@ -5,7 +5,7 @@ use super::choices::{RecipeArgs, ReportArgs, SceneArgs};
 use super::files::{Output, emit};
 use super::{Global, explain};
 use crate::bench::{Builds, KernelTime, measure_builds};
-use crate::bvh::{Builder, Bvh, Fit, Recipe, SceneBuffers};
+use crate::bvh::{Bvh, Fit, Recipe, SceneBuffers};
 use crate::device::Device;
 use crate::oracle::quality::{Quality, measure};
 use crate::oracle::validate::Claims;
@@ -41,6 +41,8 @@ pub(super) struct BuildReport {
     morton: Option<&'static str>,
     #[serde(skip_serializing_if = "Option::is_none")]
     radius: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    bases: Option<&'static str>,
     max_leaf: u32,
     fit: &'static str,
     node_cost: f32,
@@ -88,7 +90,8 @@ impl BuildReport {
             left_out: bvh.left_out,
             builder: recipe.builder.name(),
             morton: recipe.builder.wants_codes().then_some(recipe.morton.name()),
-            radius: (recipe.builder == Builder::Ploc).then_some(recipe.radius),
+            radius: recipe.builder.has_radius().then_some(recipe.radius),
+            bases: recipe.builder.bases().map(|bases| bases.generator.name()),
             max_leaf: recipe.collapse.max_leaf,
             fit: recipe.fit.name(),
             node_cost: recipe.collapse.node_cost,

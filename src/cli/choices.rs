@@ -1,6 +1,7 @@
 //! Arguments that several subcommands share, and what they mean to the library.
 
-use crate::bvh::{Collapse, Fit, Method, Morton, Recipe};
+use crate::bench::bytes_of;
+use crate::bvh::{Collapse, Fit, Generator, Method, Morton, Recipe};
 use crate::scene::Transform;
 use crate::trace::{Precision, RayOrder};
 use clap::ValueEnum;
@@ -42,6 +43,21 @@ impl ValueEnum for Morton {
             Self::Bits63 => "21 bits an axis",
             Self::Ext4 => "63 bits, every fourth of the triangle's size",
             Self::Ext7 => "63 bits, every seventh of the triangle's size",
+        }))
+    }
+}
+
+impl ValueEnum for Generator {
+    fn value_variants<'a>() -> &'a [Self] {
+        &Self::ALL
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(PossibleValue::new(self.name()).help(match self {
+            Self::Grid => "On a grid, the scene's axes among them",
+            Self::Uniform => "Random",
+            Self::Sphere => "Random, a quarter turn each",
+            Self::Zone => "The scene's axes, and others spread evenly over all that boxes can have",
         }))
     }
 }
@@ -162,6 +178,13 @@ pub(super) struct RecipeArgs {
     /// Morton codes.
     #[arg(long, value_enum, default_value_t = Recipe::default().morton)]
     morton: Morton,
+    /// Bases of odop2 to odop8.
+    #[arg(long, value_enum)]
+    bases: Option<Generator>,
+    /// Device memory that odop's boxes may take, such as 8GiB; with less than they want it takes longer, for the same
+    /// tree.
+    #[arg(long, value_name = "SIZE", default_value = "4GiB", value_parser = memory)]
+    memory: u64,
     /// Boxes of nodes, instead of the builder's own.
     #[arg(long, value_enum)]
     fit: Option<Fit>,
@@ -184,11 +207,17 @@ impl RecipeArgs {
     /// The same for the library.
     pub(super) fn recipe(&self) -> Recipe {
         let (traversal_cost, triangle_cost) = self.costs;
-        let Self { builder, morton, radius, fit, oriented_cost, node_cost, max_leaf, .. } = *self;
+        let Self { builder, morton, radius, fit, oriented_cost, node_cost, max_leaf, memory, .. } = *self;
         let collapse = Collapse { traversal_cost, node_cost, triangle_cost, max_leaf };
         let fit = fit.unwrap_or(builder.fit);
-        Recipe { builder: builder.builder, morton, radius, collapse, fit, oriented_cost }
+        let tree = self.bases.map_or(builder.builder, |bases| builder.builder.with_generator(bases));
+        Recipe { builder: tree, morton, radius, collapse, fit, oriented_cost, memory }
     }
+}
+
+/// An amount of memory.
+fn memory(text: &str) -> Result<u64, String> {
+    bytes_of(text).ok_or_else(|| "write a size with its unit, such as 8GiB or 512MiB".into())
 }
 
 /// A number above 0.

@@ -12,6 +12,7 @@ pub mod exact;
 pub mod layout;
 pub mod lbvh;
 pub mod morton;
+pub mod odop;
 pub mod orient;
 pub mod ploc;
 pub mod quality;
@@ -54,6 +55,11 @@ pub fn build(scene: &Scene, recipe: &Recipe) -> Built {
         Builder::Ploc => {
             let order = by_code().0;
             let raw = ploc::cluster(scene, &order, &space, recipe.radius, &recipe.collapse);
+            (order, raw)
+        }
+        Builder::Odop(bases) => {
+            let order = by_code().0;
+            let raw = odop::cluster(scene, &order, &space, bases, recipe.radius, &recipe.collapse);
             (order, raw)
         }
         Builder::Lbvh => {

@@ -15,6 +15,7 @@ mod layout;
 mod lbvh;
 mod matrix;
 mod morton;
+mod odop;
 mod oracle;
 mod orient;
 mod ploc;
