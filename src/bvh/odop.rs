@@ -253,11 +253,11 @@ impl<'a> Odop<'a> {
     /// What was done.
     fn summary(&self, bases: Bases, groups: usize, kept: &PlocState, rounds: u32) -> String {
         let mib = self.slabs.bytes() as f64 / f64::from(1 << 20);
-        let what = format!("{} bases ({})", self.bases(), bases.generator.name());
+        let what = format!("odop: {rounds} rounds in {} bases ({})", self.bases(), bases.generator.name());
         match kept.rounds {
-            0 => format!("odop: {rounds} rounds, boxes in {what} kept in {mib:.1} MiB"),
+            0 => format!("{what}, their boxes kept in {mib:.1} MiB"),
             anew => format!(
-                "odop: {rounds} rounds, the first {anew} with boxes projected anew in each, in the first of them {groups} groups of {what}; kept from {} clusters on; {mib:.1} MiB for boxes",
+                "{what}: boxes projected anew in the first {anew}, the very first in {groups} groups of bases, then kept for {} clusters; {mib:.1} MiB for boxes",
                 kept.clusters
             ),
         }

@@ -22,8 +22,9 @@ impl Slabs {
     pub fn new(build: &Build<'_>, bases: usize, clusters: usize) -> Result<Self> {
         let box_bytes = size_of::<Aabb>() as u64;
         let free = build.device.memory_free();
-        // A cluster of all triangles must have room whatever is allowed.
-        let allowed = build.recipe.memory.min(free).max(bases as u64 * box_bytes) / box_bytes;
+        // Some is for others; and the boxes of a single cluster must have room whatever is allowed.
+        let least = bases as u64 * box_bytes;
+        let allowed = build.recipe.memory.min(free - free / 16).max(least) / box_bytes;
         let slab = clusters as u64;
         let mut left = allowed.min(bases as u64 * slab);
         if left < slab {
