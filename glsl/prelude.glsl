@@ -1,5 +1,6 @@
 // What every kernel starts with. build.rs puts the shared structs and the kernel's own arguments after it.
 #extension GL_EXT_buffer_reference : require
+#extension GL_EXT_buffer_reference_uvec2 : require
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require

@@ -2,7 +2,7 @@
 //!
 //! # Flow
 //! `scene → bvh::{morton → sort → ploc → collapse → layout} → trace → bench::report`
-//! (`lbvh` or `binned` may stand in for `ploc`; `odopfit` and `dito → orient` may follow `layout`)
+//! (`odop`, `lbvh` or `binned` may stand in for `ploc`; `odopfit` and `dito → orient` may follow `layout`)
 //!
 //! A [`scene::Scene`] is read, fetched or generated on the host and uploaded as [`bvh::SceneBuffers`];
 //! [`bvh::build`] records the stages of a build, [`trace::trace`] sends rays through the packed tree, and
@@ -28,9 +28,10 @@
 //!
 //! # Glossary
 //! - **leaf, inner node**: of the packed tree; a *raw* node is one of the binary tree before collapse.
+//! - **basis, ODOP**: a rotation fixed before the build; an oriented discrete orientation polytope, what the boxes of the
+//!   same triangles in all bases have in common, whose area is taken to be that of the least box.
+//! - **own bases** of a scene: those that most of its triangles share.
 //! - **frame**: a rotation that an oriented packed node's children's boxes share; an axis-aligned node has none.
-//! - **basis**: one of a set of frames that is the same for all nodes; a scene's *own* are those most of its triangles
-//!   share.
 //! - **slot**: a child of a packed node, or the root: what extremal points, ranges and frames are kept for.
 //! - **collapse**: cutting the binary tree into packed nodes of up to four children and leaves of several triangles, so
 //!   that `c_N Σ_node A + c_I Σ_leaf A n` is least; a raw node becomes a packed one (it is *kept*), goes up into the one

@@ -54,12 +54,13 @@ void climb(uint rank) {
         Cluster from = Cluster(other.node, other_first, other.count, other.cost);
         levels = max(levels, other.levels) + 1;
         RawNode merged_node;
-        Aabb merged_box;
+        Aabb merged_box = merged(box, other_box);
+        float area = half_area(merged_box);
         Cluster merged_cluster;
         if (side != 0) {
-            merge(other_box, from, box, cluster, merged_box, merged_cluster, merged_node);
+            merge(other_box, from, box, cluster, area, merged_cluster, merged_node);
         } else {
-            merge(box, cluster, other_box, from, merged_box, merged_cluster, merged_node);
+            merge(box, cluster, other_box, from, area, merged_cluster, merged_node);
         }
         // Both boxes are there already.
         P(nodes).at[node].p[6] = RawNode_pair6(merged_node);

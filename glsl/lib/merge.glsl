@@ -1,11 +1,10 @@
-// Merging clusters, whatever builder chose them. Wants lib/box.glsl, args.{node_cost, triangle_cost, max_leaf} and the
-// buffer cuts.
+// Merging clusters, whatever builder chose them. Wants args.{node_cost, triangle_cost, max_leaf} and the buffer cuts.
 
 // The cheapest cut of a subtree into children of packed nodes, by dynamic programming from below [YLITIE17]: what the
 // cheapest cuts of both sides cost is all that their parent needs. Of equal costs a leaf, then the more children. Differs:
-// a packed node costs the same whatever its number of children, for its boxes are tested together.
-void merge(Aabb box_a, Cluster a, Aabb box_b, Cluster b, out Aabb box, out Cluster cluster, out RawNode node) {
-    box = merged(box_a, box_b);
+// a packed node costs the same whatever its number of children, for its boxes are tested together. The half area is
+// the caller's, for not all builders go by that of the common box.
+void merge(Aabb box_a, Cluster a, Aabb box_b, Cluster b, float area, out Cluster cluster, out RawNode node) {
     // The second cluster's rank dies once and for ever, so it numbers the node: a bijection onto 0..n−2 whatever the
     // timing.
     cluster.node = b.rank - 1;
@@ -20,7 +19,6 @@ void merge(Aabb box_a, Cluster a, Aabb box_b, Cluster b, out Aabb box, out Clust
     float three = first_of_three == 1 ? three_1 : three_2;
     float four = first_of_four == 2 ? four_2 : first_of_four == 1 ? four_1 : four_3;
 
-    precise float area = half_area(box);
     precise float inner = args.node_cost * area + four;
     precise float leaf = (args.triangle_cost * area) * float(cluster.count);
     bool collapsed = cluster.count <= args.max_leaf && leaf < inner;

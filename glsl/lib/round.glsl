@@ -1,5 +1,5 @@
 // A round of PLOC. Wants lib/pair.glsl and the buffer nearest; with MERGE also lib/scan.glsl, what lib/merge.glsl wants,
-// and the buffers bounds, clusters, nodes.
+// the buffers bounds, clusters, nodes, and AREA(box, key): the half area of the cluster of a common box and a key.
 
 // Whether cluster i, whose least pair is key, is the second of a pair that names each other.
 bool dies(uint i, uint key) {
@@ -10,9 +10,16 @@ bool dies(uint i, uint key) {
 #ifdef MERGE
 #include "lib/merge.glsl"
 
+// What became of a cluster.
+struct Moved {
+    uint i;        // its place before the round; at least count: there was none
+    uint partner;  // the place of the cluster that it merged with, or INVALID
+    uint place;    // of clusters that live on, those before it: its place after the round if it does
+};
+
 // Clusters row..row + WG, below count, of the half that starts at from, to the half that starts at to; place is that of
 // the first and becomes that of the next row's. All invocations must call it.
-void merge_row(uint row, uint count, uint from, uint to, inout uint place) {
+Moved merge_row(uint row, uint count, uint from, uint to, inout uint place) {
     uint i = row + lane();
     uint key = 0, j = 0;
     bool mutual = false;
@@ -25,17 +32,21 @@ void merge_row(uint row, uint count, uint from, uint to, inout uint place) {
     uint total;
     uint at = place + row_scan(alive, total);
     place += total;
-    if (!alive) return;
+    Moved moved = Moved(i, mutual ? j : INVALID, at);
+    if (!alive) return moved;
     Aabb box = LOAD_Aabb(bounds, from + i);
     Cluster cluster = LOAD_Cluster(clusters, from + i);
     if (mutual) {
         Aabb box_a = box;
         Cluster a = cluster, b = LOAD_Cluster(clusters, from + j);
         RawNode node;
-        merge(box_a, a, LOAD_Aabb(bounds, from + j), b, box, cluster, node);
+        Aabb box_b = LOAD_Aabb(bounds, from + j);
+        box = merged(box_a, box_b);
+        merge(box_a, a, box_b, b, AREA(box, key), cluster, node);
         STORE_RawNode(nodes, cluster.node, node)
     }
     STORE_Aabb(bounds, to + at, box)
     STORE_Cluster(clusters, to + at, cluster)
+    return moved;
 }
 #endif

@@ -1,6 +1,7 @@
 // One workgroup WG · ITEMS clusters, a row at a time: pairs that name each other become one, written with the rest to
 // the other half of bounds and clusters, in order, and a node. Reads nearest, sums, state. Keeps: cluster ranks rise.
 #define MERGE
+#define AREA(box, key) half_area(box)
 #include "lib/pair.glsl"
 #include "lib/scan.glsl"
 #include "lib/round.glsl"

@@ -1,11 +1,11 @@
 // One workgroup: sums[i] becomes the sum of those before it; state[round + 1] is how the next round is dispatched,
-// with no workgroups where the tail can take over. Reads state, sums.
+// with no workgroups where args.last clusters or fewer are left. Reads state, sums.
 #include "lib/dispatch.glsl"
 #include "lib/scan.glsl"
 
 void main() {
     PlocState now = P(state).at[args.round];
-    uint groups = now.clusters > TAIL_CLUSTERS ? (now.clusters + args.tile - 1) / args.tile : 0;
+    uint groups = now.clusters > args.last ? (now.clusters + args.tile - 1) / args.tile : 0;
     uint length = (groups + WG - 1) / WG;
     uint begin = min(gl_LocalInvocationID.x * length, groups);
     uint end = min(begin + length, groups);
@@ -24,7 +24,7 @@ void main() {
             next.clusters = all;
             next.rounds = now.rounds + 1;
         }
-        next.groups = dispatch_over(next.clusters > TAIL_CLUSTERS ? next.clusters : 0, args.tile);
+        next.groups = dispatch_over(next.clusters > args.last ? next.clusters : 0, args.tile);
         P(state).at[args.round + 1] = next;
     }
 }

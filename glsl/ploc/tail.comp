@@ -1,10 +1,15 @@
 // One workgroup: the rounds that remain once few clusters do, and the root. Reads and writes everything; each
 // hand-over between invocations goes through coherent buffers and passes SYNC.
 #define MERGE
+#define AREA(box, key) half_area(box)
 #include "lib/pair.glsl"
-#include "lib/search.glsl"
 #include "lib/scan.glsl"
 #include "lib/round.glsl"
+
+uint from;
+Aabb box_of(uint i) { return LOAD_Aabb(bounds, from + i); }
+
+#include "lib/search.glsl"
 
 #define SYNC memoryBarrierBuffer(); barrier()
 
@@ -15,8 +20,9 @@ void main() {
     uint rounds = P(state).at[args.round].rounds;
     uint stalled = 0;
     while (count > 1 && stalled == 0) {
-        uint from = (rounds & 1u) * args.capacity, to = args.capacity - from;
-        for (uint i = me; i < count; i += WG) P(nearest).at[i] = least_key(i, count, from);
+        from = (rounds & 1u) * args.capacity;
+        uint to = args.capacity - from;
+        for (uint i = me; i < count; i += WG) P(nearest).at[i] = least_key(i, count);
         SYNC;
         uint total = 0;
         for (uint row = 0; row < count; row += WG) merge_row(row, count, from, to, total);

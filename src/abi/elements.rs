@@ -58,6 +58,15 @@ abi! {
         /// Greatest corner.
         hi: [u32; 3],
     }
+    /// Three axes at right angles, of length 1 but for rounding.
+    struct Basis {
+        /// First.
+        x: [f32; 3],
+        /// Second.
+        y: [f32; 3],
+        /// Third.
+        z: [f32; 3],
+    }
     /// A cluster of PLOC, beside its box.
     struct Cluster {
         /// Raw node, or [`LEAF_BIT`] | Morton rank of a triangle.

@@ -10,6 +10,7 @@ mod rays;
 mod report;
 mod rows;
 mod run;
+mod size;
 mod stats;
 mod traces;
 mod volumes;
@@ -23,6 +24,7 @@ pub use presets::{Preset, PresetError, Presets};
 pub use report::Report;
 pub use rows::{BuildRow, Check, Header, RayRow, Rows, RowsError};
 pub use run::{Open, Progress, run};
+pub use size::bytes_of;
 pub use stats::{Spread, settled};
 pub use traces::{Counting, Protocol, TestTotals, Traced, trace_all};
 

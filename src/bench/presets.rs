@@ -1,6 +1,7 @@
 //! Presets of the benchmark: `scenes/bench.toml`, in which an entry takes what it doesn't say from its parent.
 
-use crate::bvh::{Collapse, Fit, Method, Morton, Recipe};
+use super::size::bytes_of;
+use crate::bvh::{Collapse, Fit, Generator, Method, Morton, Recipe};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
@@ -87,8 +88,8 @@ entry! {
     /// A `[recipes.NAME]`.
     RecipeEntry ("builder") {
         builder: String, morton: String, radius: u32, traversal_cost: f32, node_cost: f32,
-        triangle_cost: f32, max_leaf: u32, fit: String, oriented_cost: f32,
-        local_search: u32,
+        triangle_cost: f32, max_leaf: u32, fit: String, oriented_cost: f32, local_search: u32, bases: String,
+        memory: String,
     }
 }
 entry! {
@@ -230,8 +231,21 @@ impl Presets {
         let radius = r.radius.ok_or_else(missing("radius"))?;
         let oriented_cost = r.oriented_cost.ok_or_else(missing("oriented-cost"))?;
         let local_search = r.local_search.ok_or_else(missing("local-search"))?;
-        let recipe =
-            Recipe { builder: method.builder, morton, radius, collapse, fit, oriented_cost, local_search };
+        let generator = match r.bases {
+            None => Generator::default(),
+            Some(bases) => Generator::ALL
+                .into_iter()
+                .find(|g| g.name() == bases)
+                .ok_or_else(|| wrong("bases", bases, "see `boxwood build --help`"))?,
+        };
+        let (builder, fit) = (method.builder.with_generator(generator), fit.with_generator(generator));
+        let memory = match r.memory {
+            None => Recipe::default().memory,
+            Some(size) => {
+                bytes_of(&size).ok_or_else(|| wrong("memory", size, "write a size such as 8GiB or 512MiB"))?
+            }
+        };
+        let recipe = Recipe { builder, morton, radius, collapse, fit, oriented_cost, local_search, memory };
         recipe.check().map_err(|e| wrong("a value", e.to_string(), "see `boxwood build --help`"))?;
         Ok(recipe)
     }
@@ -267,6 +281,7 @@ fn resolve<T: Inherit>(entries: &BTreeMap<String, T>, name: &str) -> Result<T> {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
+    use crate::bvh::{Bases, Builder};
 
     #[test]
     fn own_presets_are_whole() {
@@ -284,7 +299,8 @@ mod tests {
 
     #[test]
     fn children_say_what_differs() {
-        let text = "[recipes.a]\nbuilder='ploc'\nmorton='30'\nradius=4\ntraversal-cost=1\nnode-cost=1\ntriangle-cost=1\nmax-leaf=4\n\
+        let text = "[recipes.m]\nparent='a'\nbuilder='odop3'\nbases='zone'\nmemory='2GiB'\n\
+                    [recipes.n]\nparent='a'\nmemory='2'\n[recipes.a]\nbuilder='ploc'\nmorton='30'\nradius=4\ntraversal-cost=1\nnode-cost=1\ntriangle-cost=1\nmax-leaf=4\n\
                     oriented-cost=5\n\
                     [recipes.b]\nparent='a'\nradius=9\n[recipes.c]\nparent='b'\nmorton='63'\n\
                     [recipes.o]\nparent='p'\n[recipes.p]\nparent='o'\n[recipes.s]\nmorton='30'\n\
@@ -292,8 +308,12 @@ mod tests {
         let presets = Presets::parse(text).unwrap();
         let c = presets.recipe("c").unwrap();
         assert_eq!((c.radius, c.morton, c.collapse.max_leaf), (9, Morton::Bits63, 4));
+        let m = presets.recipe("m").unwrap();
+        let zone = Builder::Odop(Bases { generator: Generator::Zone, degree: 3 });
+        assert_eq!((m.builder, m.memory), (zone, 2 << 30));
         let error = |name: &str| presets.recipe(name).unwrap_err().to_string();
         assert!(error("o").contains("its own ancestor"), "{}", error("o"));
+        assert!(error("n").contains("8GiB"), "{}", error("n"));
         assert!(error("x").contains("there are: a, b, c"), "{}", error("x"));
         assert!(error("s").contains("don't say"), "{}", error("s"));
         assert!(error("w").contains("999"), "{}", error("w"));

@@ -2,7 +2,8 @@
 //! Differs: each is kept as the words of a packed node's frame, so it is brought into the domain of least rotations that
 //! every box has one of (components within √2 − 1, sum within 1), where the printed generators stay in one octant.
 
-use super::frame::{STEPS, words};
+use super::frame::{Frame, STEPS, words};
+use crate::abi::Basis;
 use glam::{DMat3, DVec3};
 
 /// Where bases come from.
@@ -54,6 +55,17 @@ impl Bases {
     pub fn frames(self) -> Vec<[u32; 2]> {
         let count = self.degree.pow(3);
         (0..count).map(|i| frame_words(self.rodrigues(i))).collect()
+    }
+
+    /// Their axes, of unit length but for rounding, so that areas along them compare; of no rotation exactly the scene's.
+    pub fn axes(self) -> Vec<Basis> {
+        let axes = |words| {
+            let frame = Frame::of(words);
+            let over = 1.0 / frame.stretch();
+            let [x, y, z] = frame.rows.map(|row| (row * over).to_array());
+            Basis { x, y, z }
+        };
+        self.frames().into_iter().map(axes).collect()
     }
 
     /// The i-th Rodrigues vector, as generated.
@@ -136,7 +148,6 @@ pub(super) fn frame_words(r: DVec3) -> [u32; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bvh::frame::Frame;
     use std::collections::HashSet;
 
     fn all() -> impl Iterator<Item = Bases> {
@@ -164,6 +175,19 @@ mod tests {
             let first = bases.frames()[0];
             let identity = matches!(bases.generator, Generator::Grid | Generator::Zone);
             assert_eq!(first == [0; 2], identity, "{bases:?}");
+        }
+    }
+
+    #[test]
+    fn axes_are_of_unit_length() {
+        for bases in all() {
+            for (basis, words) in bases.axes().iter().zip(bases.frames()) {
+                for (k, axis) in [basis.x, basis.y, basis.z].into_iter().enumerate() {
+                    let length = DVec3::from_array(axis.map(f64::from)).length();
+                    assert!((length - 1.0).abs() < 3e-7, "{bases:?}: {length}");
+                    assert!(words != [0; 2] || (0..3).all(|i| axis[i] == f32::from(u8::from(i == k))));
+                }
+            }
         }
     }
 

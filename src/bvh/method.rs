@@ -1,6 +1,6 @@
 //! Builders by name: what makes the binary tree and which boxes its nodes get, as users choose them together.
 
-use super::{Builder, Fit};
+use super::{Bases, Builder, Fit, Generator};
 
 /// A builder as arguments, presets and reports name it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -17,6 +17,11 @@ pub struct Method {
 
 const fn method(name: &'static str, what: &'static str, builder: Builder, fit: Fit) -> Method {
     Method { name, what, builder, fit }
+}
+
+const fn odop(name: &'static str, what: &'static str, degree: u32) -> Method {
+    let bases = Bases { generator: Generator::Grid, degree };
+    method(name, what, Builder::Odop(bases), Fit::Odop(bases))
 }
 
 const DITO: &str = "ploc's tree, with oriented boxes by DiTO where they cost less";
@@ -42,6 +47,17 @@ impl Method {
         method("dito14", DITO, Builder::Ploc, Fit::Dito(14)),
         method("dito20", DITO, Builder::Ploc, Fit::Dito(20)),
         method("dito26", DITO, Builder::Ploc, Fit::Dito(26)),
+        odop(
+            "odop2",
+            "PLOC by the least of a cluster's boxes in 8 bases, and those boxes where they cost less",
+            2,
+        ),
+        odop("odop3", "Likewise, in 27 bases", 3),
+        odop("odop4", "Likewise, in 64 bases", 4),
+        odop("odop5", "Likewise, in 125 bases", 5),
+        odop("odop6", "Likewise, in 216 bases", 6),
+        odop("odop7", "Likewise, in 343 bases", 7),
+        odop("odop8", "Likewise, in 512 bases", 8),
         method(
             "hybrid",
             "dito, and boxes in the bases that most triangles share where those cost less",

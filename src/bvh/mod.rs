@@ -1,6 +1,6 @@
 //! Builds trees on the device: `morton → sort → ploc → collapse → layout`. Knows no files and no command line.
-//! Instead of `ploc` stands `lbvh`, or `binned` instead of all before `collapse`; `odopfit` and `dito → orient` may follow
-//! `layout`.
+//! Instead of `ploc` stands `odop` or `lbvh`, or `binned` instead of all before `collapse`; `odopfit` and `dito → orient`
+//! may follow `layout`.
 
 pub mod bases;
 pub mod binned;
@@ -11,6 +11,7 @@ mod layout;
 mod lbvh;
 mod method;
 mod morton;
+mod odop;
 mod odopfit;
 mod orient;
 pub mod orientation;
@@ -18,6 +19,7 @@ mod ploc;
 mod radix;
 pub mod raw;
 mod recipe;
+mod slabs;
 mod sort;
 mod tree;
 
@@ -146,11 +148,25 @@ pub enum BuildError {
         /// Largest leaf.
         max_leaf: u32,
     },
-    /// PLOC made no progress: a fault of the device or the driver.
+    /// Not even the boxes of one basis have room.
     #[error(
-        "ploc: {clusters} clusters were left after {rounds} rounds and none merged: the device computes wrong results (`boxwood devices` may tell why)"
+        "odop: {needed} MiB are wanted for boxes in one basis, {allowed} MiB are allowed and {free} MiB free on the device: allow more (--memory), or use a smaller scene or another builder"
+    )]
+    Bases {
+        /// Boxes in one basis, MiB.
+        needed: u64,
+        /// [`Recipe::memory`], MiB.
+        allowed: u64,
+        /// Free, MiB.
+        free: u64,
+    },
+    /// PLOC or ODOP made no progress: a fault of the device or the driver.
+    #[error(
+        "{builder}: {clusters} clusters were left after {rounds} rounds and none merged: the device computes wrong results (`boxwood devices` may tell why)"
     )]
     Stalled {
+        /// Which.
+        builder: &'static str,
         /// Rounds done.
         rounds: u32,
         /// Clusters left.
@@ -162,13 +178,15 @@ pub enum BuildError {
 pub type Result<T> = std::result::Result<T, BuildError>;
 
 /// Device memory that `builder` over `triangles` triangles takes at most, beside the scene's own, bytes. What orienting
-/// takes is told once the nodes are counted.
+/// takes is told once the nodes are counted; ODOP takes more, up to [`Recipe::memory`], where the device has it.
 pub fn memory_needed(builder: Builder, triangles: usize) -> u64 {
     // Of each: raw nodes and cuts (64), order (4).
     let scratch = 68
         + match builder {
             // Boxes and clusters twice, nearest.
             Builder::Ploc => 96 + 4,
+            // Likewise, slots twice, pairs, lists of triangles, and boxes in a basis.
+            Builder::Odop(_) => 96 + 4 + 8 + 4 + 8 + 24,
             // Climbers, arrived, keys of two words.
             Builder::Lbvh => 48 + 4 + 8,
             // What collapse queues and numbers: in the others, memory that the builder has done with.
@@ -229,6 +247,11 @@ fn run(
         Builder::Ploc => {
             let (order, space) = in_morton_order(&mut build, stages.as_deref_mut())?;
             let tree = ploc::cluster(&mut build, &order, &space)?;
+            (order, tree, space)
+        }
+        Builder::Odop(bases) => {
+            let (order, space) = in_morton_order(&mut build, stages.as_deref_mut())?;
+            let tree = odop::cluster(&mut build, &order, &space, bases)?;
             (order, tree, space)
         }
         Builder::Lbvh => {

@@ -20,134 +20,181 @@ const REGISTER_RADIUS: u32 = 32;
 const BATCH: u32 = 64;
 
 /// The rounds' buffers.
-struct Rounds {
-    bounds: Buffer<Aabb>,
-    clusters: Buffer<Cluster>,
-    nearest: Buffer<u32>,
-    sums: Buffer<u32>,
-    state: Buffer<PlocState>,
-    tree: RawTree,
+pub(super) struct Rounds {
+    pub bounds: Buffer<Aabb>,
+    pub clusters: Buffer<Cluster>,
+    pub nearest: Buffer<u32>,
+    pub sums: Buffer<u32>,
+    pub state: Buffer<PlocState>,
+    pub tree: RawTree,
     /// Clusters that one workgroup handles.
     tile: u32,
-    constants: [(u32, u32); 3],
-    registers: bool,
+    pub constants: [(u32, u32); 3],
+    /// Whether to search with the window in registers.
+    pub registers: bool,
     single: u32,
+    /// No round begins with as few clusters as these.
+    last: u32,
 }
 
 /// Clusters the triangles of `order` into a binary tree.
 pub(super) fn cluster(build: &mut Build<'_>, order: &Order, space: &Space) -> Result<RawTree> {
-    let shape = build.device.shape().clone();
-    let n = order.count;
-    let capacity = n as usize;
-    let tile = shape.workgroup * shape.items;
-    let groups = n.div_ceil(tile);
-    let tree = RawTree::new(build, n)?;
-    if n == 0 {
+    if order.count == 0 {
         build.note("ploc: skipped, no triangle can be hit");
-        return Ok(tree);
+        return RawTree::new(build, 0);
     }
-    let mut rounds = Rounds {
-        bounds: build.buffer("ploc.bounds", 2 * capacity)?,
-        clusters: build.buffer("ploc.clusters", 2 * capacity)?,
-        nearest: build.buffer("ploc.nearest", capacity)?,
-        sums: build.buffer("ploc.sums", groups as usize)?,
-        state: build.buffer("ploc.state", BATCH as usize + 1)?,
-        tree,
-        tile,
-        constants: [
-            (SPEC_WG, shape.workgroup),
-            (SPEC_ITEMS, shape.items),
-            (SPEC_RADIUS, build.recipe.radius),
-        ],
-        registers: shape.search_in_registers && build.recipe.radius <= REGISTER_RADIUS,
-        single: shape.single_workgroup,
-    };
+    let mut rounds = Rounds::new(build, order.count, TAIL_CLUSTERS)?;
     let mut rec = build.recorder()?;
-    rec.dispatch(
-        &kernels::PLOC_LEAVES,
-        &rounds.constants,
-        groups,
-        PlocLeavesArgs {
-            triangles: build.scene.triangles.ptr().cast(),
-            order: order.triangles.ptr(),
-            bounds: rounds.bounds.ptr_mut(),
-            clusters: rounds.clusters.ptr_mut(),
-            count: n,
-            scale: space.scale,
-            anchor: space.anchor,
-            triangle_cost: build.recipe.collapse.triangle_cost,
-        },
-    )?;
-    let mut state = PlocState { groups: grid(n, tile), clusters: n, rounds: 0 };
+    rounds.record_leaves(build, &mut rec, order, space)?;
+    let mut state = rounds.first();
     loop {
-        let before = state;
-        let batch = expected_rounds(state.clusters);
+        let (before, batch) = (state, rounds.expected(state.clusters));
         rec.update(&rounds.state, &[state]);
         for round in 0..batch {
             rounds.record(build, &mut rec, round)?;
         }
         rounds.record_tail(build, &mut rec, batch)?;
         build.run(rec)?;
-        let states = rounds.state.read_first(batch as usize + 1)?;
-        state = states[batch as usize];
+        state = rounds.state.read_at(batch as usize)?;
         if state.clusters <= TAIL_CLUSTERS {
             break;
         }
-        if state.clusters >= before.clusters {
-            return Err(BuildError::Stalled { rounds: state.rounds, clusters: state.clusters });
-        }
+        check_progress("ploc", &before, &state)?;
         rec = build.recorder()?;
     }
     rounds.tree.root = rounds.tree.root_buffer.read()?[0];
-    if rounds.tree.root.stalled != 0 {
-        return Err(BuildError::Stalled { rounds: rounds.tree.root.levels, clusters: state.clusters });
+    let root = rounds.tree.root;
+    if root.stalled != 0 {
+        let clusters = state.clusters;
+        return Err(BuildError::Stalled { builder: "ploc", rounds: root.levels, clusters });
     }
     build.note(format!(
         "ploc: {} rounds, the last {} over {} clusters in one dispatch",
-        rounds.tree.root.levels,
-        rounds.tree.root.levels - state.rounds,
+        root.levels,
+        root.levels - state.rounds,
         state.clusters
     ));
     Ok(rounds.tree)
 }
 
-/// Indirect dispatch of a round over `clusters`, as `ploc/scan` writes it.
-fn grid(clusters: u32, tile: u32) -> [u32; 3] {
-    if clusters <= TAIL_CLUSTERS {
-        return [0; 3];
+/// Refuses rounds that merged nothing.
+pub(super) fn check_progress(builder: &'static str, before: &PlocState, after: &PlocState) -> Result<()> {
+    if after.clusters < before.clusters {
+        return Ok(());
     }
-    let groups = clusters.div_ceil(tile);
-    [groups.min(GRID_WIDTH), groups.div_ceil(GRID_WIDTH), 1]
-}
-
-/// Rounds to record before looking: each leaves about 0.7 of the clusters; empty ones cost next to nothing.
-fn expected_rounds(clusters: u32) -> u32 {
-    if clusters <= TAIL_CLUSTERS {
-        return 0;
-    }
-    let halvings = (f64::from(clusters) / f64::from(TAIL_CLUSTERS)).log2();
-    ((halvings * 2.4).ceil() as u32 + 2).min(BATCH)
+    Err(BuildError::Stalled { builder, rounds: after.rounds, clusters: after.clusters })
 }
 
 impl Rounds {
-    fn record(&self, build: &Build<'_>, rec: &mut Recorder, round: u32) -> Result<()> {
-        let at = round as usize * size_of::<PlocState>();
-        let capacity = self.tree.count;
-        let collapse = &build.recipe.collapse;
-        let (bounds, state, nearest) = (self.bounds.ptr(), self.state.ptr(), self.nearest.ptr_mut());
-        let search = if self.registers { &kernels::PLOC_SEARCH } else { &kernels::PLOC_SEARCH_LOADS };
-        let args = PlocSearchArgs { bounds, state, nearest, round, capacity };
-        rec.dispatch_indirect(search, &self.constants, &self.state, at, args)?;
+    /// Room for rounds over `count` triangles, as long as more than `last` clusters are left.
+    pub fn new(build: &Build<'_>, count: u32, last: u32) -> Result<Self> {
+        let shape = build.device.shape().clone();
+        let capacity = count as usize;
+        let tile = shape.workgroup * shape.items;
+        Ok(Self {
+            bounds: build.buffer("ploc.bounds", 2 * capacity)?,
+            clusters: build.buffer("ploc.clusters", 2 * capacity)?,
+            nearest: build.buffer("ploc.nearest", capacity)?,
+            sums: build.buffer("ploc.sums", count.div_ceil(tile) as usize)?,
+            state: build.buffer("ploc.state", BATCH as usize + 1)?,
+            tree: RawTree::new(build, count)?,
+            tile,
+            constants: [
+                (SPEC_WG, shape.workgroup),
+                (SPEC_ITEMS, shape.items),
+                (SPEC_RADIUS, build.recipe.radius),
+            ],
+            registers: shape.search_in_registers && build.recipe.radius <= REGISTER_RADIUS,
+            single: shape.single_workgroup,
+            last,
+        })
+    }
+
+    /// Where the first round stands.
+    pub fn first(&self) -> PlocState {
+        let clusters = self.tree.count;
+        PlocState { groups: self.grid(clusters), clusters, rounds: 0 }
+    }
+
+    /// Indirect dispatch of a round over `clusters`, as `ploc/scan` writes it.
+    fn grid(&self, clusters: u32) -> [u32; 3] {
+        if clusters <= self.last {
+            return [0; 3];
+        }
+        let groups = self.groups(clusters);
+        [groups.min(GRID_WIDTH), groups.div_ceil(GRID_WIDTH), 1]
+    }
+
+    /// Rounds to record before looking: each leaves about 0.7 of the clusters; empty ones cost next to nothing.
+    pub fn expected(&self, clusters: u32) -> u32 {
+        if clusters <= self.last {
+            return 0;
+        }
+        let halvings = (f64::from(clusters) / f64::from(self.last)).log2();
+        ((halvings * 2.4).ceil() as u32 + 2).min(BATCH)
+    }
+
+    /// Workgroups over `clusters`.
+    pub fn groups(&self, clusters: u32) -> u32 {
+        clusters.div_ceil(self.tile)
+    }
+
+    /// Where in `state` a round's dispatch lies, bytes.
+    pub fn at(round: u32) -> usize {
+        round as usize * size_of::<PlocState>()
+    }
+
+    /// Records the clusters of one triangle each.
+    pub fn record_leaves(
+        &self,
+        build: &Build<'_>,
+        rec: &mut Recorder,
+        order: &Order,
+        space: &Space,
+    ) -> Result<()> {
+        let count = self.tree.count;
+        let args = PlocLeavesArgs {
+            triangles: build.scene.triangles.ptr().cast(),
+            order: order.triangles.ptr(),
+            bounds: self.bounds.ptr_mut(),
+            clusters: self.clusters.ptr_mut(),
+            count,
+            scale: space.scale,
+            anchor: space.anchor,
+            triangle_cost: build.recipe.collapse.triangle_cost,
+        };
+        rec.dispatch(&kernels::PLOC_LEAVES, &self.constants, self.groups(count), args)?;
+        Ok(())
+    }
+
+    /// Records where the clusters of a round go, by their least pairs.
+    pub fn record_places(&self, rec: &mut Recorder, round: u32) -> Result<()> {
         let args = PlocCountArgs {
             nearest: self.nearest.ptr(),
             state: self.state.ptr(),
             sums: self.sums.ptr_mut(),
             round,
         };
-        rec.dispatch_indirect(&kernels::PLOC_COUNT, &self.constants, &self.state, at, args)?;
-        let args =
-            PlocScanArgs { sums: self.sums.ptr_mut(), state: self.state.ptr_mut(), round, tile: self.tile };
+        rec.dispatch_indirect(&kernels::PLOC_COUNT, &self.constants, &self.state, Self::at(round), args)?;
+        let args = PlocScanArgs {
+            sums: self.sums.ptr_mut(),
+            state: self.state.ptr_mut(),
+            round,
+            tile: self.tile,
+            last: self.last,
+        };
         rec.dispatch(&kernels::PLOC_SCAN, &[(SPEC_WG, self.single)], 1, args)?;
+        Ok(())
+    }
+
+    fn record(&self, build: &Build<'_>, rec: &mut Recorder, round: u32) -> Result<()> {
+        let capacity = self.tree.count;
+        let collapse = &build.recipe.collapse;
+        let (bounds, state, nearest) = (self.bounds.ptr(), self.state.ptr(), self.nearest.ptr_mut());
+        let search = if self.registers { &kernels::PLOC_SEARCH } else { &kernels::PLOC_SEARCH_LOADS };
+        let args = PlocSearchArgs { bounds, state, nearest, round, capacity };
+        rec.dispatch_indirect(search, &self.constants, &self.state, Self::at(round), args)?;
+        self.record_places(rec, round)?;
         let args = PlocMergeArgs {
             nearest: self.nearest.ptr(),
             sums: self.sums.ptr(),
@@ -162,11 +209,12 @@ impl Rounds {
             triangle_cost: collapse.triangle_cost,
             max_leaf: collapse.max_leaf,
         };
-        rec.dispatch_indirect(&kernels::PLOC_MERGE, &self.constants, &self.state, at, args)?;
+        rec.dispatch_indirect(&kernels::PLOC_MERGE, &self.constants, &self.state, Self::at(round), args)?;
         Ok(())
     }
 
-    fn record_tail(&self, build: &Build<'_>, rec: &mut Recorder, round: u32) -> Result<()> {
+    /// Records the rounds that are left once few clusters are, and the root.
+    pub fn record_tail(&self, build: &Build<'_>, rec: &mut Recorder, round: u32) -> Result<()> {
         let collapse = &build.recipe.collapse;
         let args = PlocTailArgs {
             nearest: self.nearest.ptr_shared(),

@@ -96,13 +96,20 @@ pub fn triangle_bounds([a, b, c]: Corners) -> Aabb {
     }
 }
 
-/// The triangle's box in unit space: scene · `scale` − `anchor`.
+/// A coordinate in unit space, 0 where it is so near that an area may underflow: as in `glsl/lib/leaf.glsl`.
+pub fn settled(x: f32) -> f32 {
+    if x.abs() < 1.0 / 1_099_511_627_776.0 { 0.0 } else { x }
+}
+
+/// A point in unit space: scene · `scale` − `anchor`.
+pub fn unit_point(p: [f32; 3], scale: f32, anchor: [f32; 3]) -> [f32; 3] {
+    std::array::from_fn(|k| settled(p[k] * scale - anchor[k]))
+}
+
+/// The triangle's box in unit space.
 pub fn leaf_bounds(corners: Corners, scale: f32, anchor: [f32; 3]) -> Aabb {
     let Aabb { lo, hi } = triangle_bounds(corners);
-    // As in `glsl/lib/leaf.glsl`: no area underflows.
-    let settled = |x: f32| if x.abs() < 1.0 / 1_099_511_627_776.0 { 0.0 } else { x };
-    let unit = |p: [f32; 3]| std::array::from_fn(|k| settled(p[k] * scale - anchor[k]));
-    Aabb { lo: unit(lo), hi: unit(hi) }
+    Aabb { lo: unit_point(lo, scale, anchor), hi: unit_point(hi, scale, anchor) }
 }
 
 /// The common box.
@@ -131,7 +138,12 @@ pub fn sah(areas: [f64; 2], bounds: &Aabb, collapse: &Collapse) -> f64 {
 impl Subtree {
     /// The triangle of a rank.
     pub fn leaf(rank: u32, bounds: Aabb, collapse: &Collapse) -> Self {
-        let cost = collapse.triangle_cost * half_area(&bounds);
+        Self::leaf_of_area(rank, bounds, half_area(&bounds), collapse)
+    }
+
+    /// Likewise, where the builder doesn't go by the half area of `bounds`.
+    pub fn leaf_of_area(rank: u32, bounds: Aabb, area: f32, collapse: &Collapse) -> Self {
+        let cost = collapse.triangle_cost * area;
         Self {
             bounds,
             cluster: Cluster { node: LEAF_BIT | rank, rank, count: 1, cost: [cost; 3] },
@@ -143,11 +155,16 @@ impl Subtree {
 impl Room<'_> {
     /// The subtree of two, `a` before `b`; writes its node and how it is cut.
     pub fn merge(&mut self, a: &Subtree, b: &Subtree, collapse: &Collapse) -> Subtree {
+        self.merge_to_area(a, b, half_area(&merged(&a.bounds, &b.bounds)), collapse)
+    }
+
+    /// Likewise, where the builder doesn't go by the half area of the common box.
+    pub fn merge_to_area(&mut self, a: &Subtree, b: &Subtree, area: f32, collapse: &Collapse) -> Subtree {
         let bounds = merged(&a.bounds, &b.bounds);
         let levels = a.levels.max(b.levels) + 1;
         let ([box_a, box_b], a, b) = ([a.bounds, b.bounds], &a.cluster, &b.cluster);
         let count = a.count + b.count;
-        let (cost, choices) = cheapest(a.cost, b.cost, half_area(&bounds), count, collapse);
+        let (cost, choices) = cheapest(a.cost, b.cost, area, count, collapse);
         let cluster = Cluster { node: b.rank - 1, rank: a.rank, count, cost };
         let at = (cluster.node - self.first) as usize;
         self.cuts[at] = RawCut { count, choices };

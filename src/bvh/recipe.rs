@@ -12,21 +12,50 @@ pub enum Builder {
     Ploc,
     /// The radix tree over the Morton codes \[KARRAS12\]: faster, a worse tree.
     Lbvh,
+    /// PLOC by the least box of a cluster in any of these bases instead of its axis-aligned one \[VEVERKOVA24\].
+    Odop(Bases),
     /// Top-down splits by the surface area heuristic, on the CPU \[WALD07\]: slower, a better tree.
     Binned,
 }
 
 impl Builder {
-    /// Every choice.
-    pub const ALL: [Self; 3] = [Self::Ploc, Self::Lbvh, Self::Binned];
+    /// Every choice; of sets of bases one.
+    pub const ALL: [Self; 4] =
+        [Self::Ploc, Self::Lbvh, Self::Odop(Bases { generator: Generator::Grid, degree: 2 }), Self::Binned];
 
     /// As arguments and reports have it.
     pub fn name(self) -> &'static str {
         match self {
             Self::Ploc => "ploc",
             Self::Lbvh => "lbvh",
+            Self::Odop(bases) => {
+                const NAMES: [&str; 8] =
+                    ["odop1", "odop2", "odop3", "odop4", "odop5", "odop6", "odop7", "odop8"];
+                NAMES[(bases.degree.clamp(1, 8) - 1) as usize]
+            }
             Self::Binned => "sah",
         }
+    }
+
+    /// Its bases, where it has some.
+    pub fn bases(self) -> Option<Bases> {
+        match self {
+            Self::Odop(bases) => Some(bases),
+            Self::Ploc | Self::Lbvh | Self::Binned => None,
+        }
+    }
+
+    /// The same with bases of another kind, where it has some.
+    pub fn with_generator(self, generator: Generator) -> Self {
+        match self {
+            Self::Odop(bases) => Self::Odop(Bases { generator, ..bases }),
+            other => other,
+        }
+    }
+
+    /// Whether clusters look for neighbours within a radius.
+    pub fn has_radius(self) -> bool {
+        matches!(self, Self::Ploc | Self::Odop(_))
     }
 
     /// Whether it goes by Morton codes.
@@ -174,6 +203,14 @@ impl Fit {
         }
     }
 
+    /// The same with bases of another kind, where it has some of a degree.
+    pub fn with_generator(self, generator: Generator) -> Self {
+        match self {
+            Self::Odop(bases) => Self::Odop(Bases { generator, ..bases }),
+            other => other,
+        }
+    }
+
     fn is_in_range(self) -> bool {
         match self {
             Self::Aabb | Self::Hybrid => true,
@@ -201,6 +238,9 @@ pub struct Recipe {
     pub oriented_cost: f32,
     /// Evaluations of a local search for a smaller box after each fit: 0–1024. More: slower, smaller boxes.
     pub local_search: u32,
+    /// Device memory that ODOP's boxes may take, bytes; where the device has less free, that. Less: slower, the same
+    /// tree.
+    pub memory: u64,
 }
 
 impl Default for Recipe {
@@ -215,6 +255,7 @@ impl Default for Recipe {
             fit: Fit::Aabb,
             oriented_cost: 6.0,
             local_search: 0,
+            memory: 4 << 30,
         }
     }
 }
@@ -236,6 +277,9 @@ impl Recipe {
         }
         if self.local_search > 1024 {
             return refuse("the local search", self.local_search.to_string(), "0 to 1024 evaluations");
+        }
+        if let Some(bases) = self.builder.bases().filter(|b| !(1..=8).contains(&b.degree)) {
+            return refuse("the degree of the bases", bases.degree.to_string(), "1 to 8");
         }
         if !self.fit.is_in_range() {
             let range = "by 12, 14, 20 or 26 points, of degree 1 to 8, or of 1 to 16 own bases";

@@ -5,7 +5,7 @@ use super::choices::{RecipeArgs, ReportArgs, SceneArgs};
 use super::files::{Output, emit};
 use super::{Global, explain};
 use crate::bench::{Builds, KernelTime, measure_builds};
-use crate::bvh::{Builder, Bvh, Fit, Recipe, SceneBuffers, stages};
+use crate::bvh::{Bvh, Fit, Recipe, SceneBuffers, stages};
 use crate::device::Device;
 use crate::oracle::mixed::{self, Mixed};
 use crate::oracle::quality::{Quality, measure};
@@ -101,10 +101,10 @@ impl BuildReport {
             left_out: bvh.left_out,
             builder: recipe.builder.name(),
             morton: recipe.builder.wants_codes().then_some(recipe.morton.name()),
-            radius: (recipe.builder == Builder::Ploc).then_some(recipe.radius),
+            radius: recipe.builder.has_radius().then_some(recipe.radius),
             max_leaf: recipe.collapse.max_leaf,
             fit: recipe.fit.name(),
-            bases: recipe.fit.bases().map(|b| b.generator.name()),
+            bases: recipe.builder.bases().or(recipe.fit.bases()).map(|b| b.generator.name()),
             node_cost: recipe.collapse.node_cost,
             oriented_cost: (recipe.fit != Fit::Aabb).then_some(recipe.oriented_cost),
             local_search: (recipe.local_search > 0).then_some(recipe.local_search),

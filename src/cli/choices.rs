@@ -1,8 +1,8 @@
 //! Arguments that several subcommands share, and what they mean to the library.
 
 use super::Global;
-use crate::bench::Costs;
-use crate::bvh::{Bases, Collapse, Fit, Generator, Method, Morton, Recipe};
+use crate::bench::{Costs, bytes_of};
+use crate::bvh::{Collapse, Fit, Generator, Method, Morton, Recipe};
 use crate::device::Device;
 use crate::scene::Transform;
 use crate::trace::{Precision, RayOrder};
@@ -50,14 +50,6 @@ impl ValueEnum for Generator {
             Self::Sphere => "Quarter turns about random axes",
             Self::Zone => "None, and others spread evenly over all orientations of a box",
         }))
-    }
-}
-
-/// `fit` with its bases from `generator`, where it has any of a degree.
-fn with_bases(fit: Fit, generator: Generator) -> Fit {
-    match fit {
-        Fit::Odop(bases) => Fit::Odop(Bases { generator, ..bases }),
-        Fit::Aabb | Fit::Dito(_) | Fit::Own(_) | Fit::Hybrid => fit,
     }
 }
 
@@ -193,12 +185,16 @@ pub(super) struct RecipeArgs {
     /// Morton codes.
     #[arg(long, value_enum, default_value_t = Recipe::default().morton)]
     morton: Morton,
+    /// Device memory that odop's boxes may take, such as 8GiB; with less than they want it takes longer, for the same
+    /// tree.
+    #[arg(long, value_name = "SIZE", default_value = "4GiB", value_parser = memory)]
+    memory: u64,
     /// Boxes of nodes, instead of the builder's own.
     #[arg(long, value_enum)]
     fit: Option<Fit>,
-    /// Where the bases of odop1 to odop8 come from.
-    #[arg(long, value_enum, default_value_t = Generator::default())]
-    bases: Generator,
+    /// Where the bases of odop1 to odop8 come from, those of the builder and of the boxes. Default: grid.
+    #[arg(long, value_enum)]
+    bases: Option<Generator>,
     /// Cost of visiting an oriented node, beside --node-cost: oriented boxes stay where they cost less. Default: 6; that of
     /// --costs measured.
     #[arg(long, value_name = "cO", value_parser = cost)]
@@ -235,12 +231,15 @@ impl RecipeArgs {
 
     /// The same for the library, with the costs of `priced` where none are given.
     fn with_costs(&self, priced: Recipe) -> Recipe {
-        let Self { builder, morton, radius, fit, local_search, max_leaf, .. } = *self;
+        let Self { builder, morton, radius, local_search, max_leaf, memory, .. } = *self;
         let node_cost = self.node_cost.unwrap_or(priced.collapse.node_cost);
         let collapse = Collapse { node_cost, max_leaf, ..priced.collapse };
         let oriented_cost = self.oriented_cost.unwrap_or(priced.oriented_cost);
-        let fit = with_bases(fit.unwrap_or(builder.fit), self.bases);
-        Recipe { builder: builder.builder, morton, radius, collapse, fit, oriented_cost, local_search }
+        let (mut builder, mut fit) = (builder.builder, self.fit.unwrap_or(builder.fit));
+        if let Some(generator) = self.bases {
+            (builder, fit) = (builder.with_generator(generator), fit.with_generator(generator));
+        }
+        Recipe { builder, morton, radius, collapse, fit, oriented_cost, local_search, memory }
     }
 }
 
@@ -253,6 +252,11 @@ enum CostsName {
     Measured,
     /// Of a binary node and of a triangle.
     Pair(f32, f32),
+}
+
+/// An amount of memory.
+fn memory(text: &str) -> Result<u64, String> {
+    bytes_of(text).ok_or_else(|| "write a size with its unit, such as 8GiB or 512MiB".into())
 }
 
 /// A number above 0.

@@ -14,6 +14,7 @@ pub mod layout;
 pub mod lbvh;
 pub mod mixed;
 pub mod morton;
+pub mod odop;
 pub mod odopfit;
 pub mod orient;
 pub mod ploc;
@@ -59,6 +60,11 @@ pub fn build(scene: &Scene, recipe: &Recipe) -> Built {
         Builder::Ploc => {
             let order = by_code().0;
             let raw = ploc::cluster(scene, &order, &space, recipe.radius, &recipe.collapse);
+            (order, raw)
+        }
+        Builder::Odop(bases) => {
+            let order = by_code().0;
+            let raw = odop::cluster(scene, &order, &space, bases, recipe.radius, &recipe.collapse);
             (order, raw)
         }
         Builder::Lbvh => {

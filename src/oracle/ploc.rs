@@ -8,7 +8,7 @@ use crate::bvh::raw::{HostRawTree, Room, Subtree, half_area, leaf_bounds, merged
 use crate::scene::Scene;
 
 /// Low bits of a key that hold the colour of a pair.
-fn colour_mask(radius: u32) -> u32 {
+pub(super) fn colour_mask(radius: u32) -> u32 {
     2 * radius.next_power_of_two() - 1
 }
 

@@ -20,7 +20,7 @@ use std::sync::Arc;
 /// Each builder's tree against its twin and what must hold of any tree, hits against the reference. Returns PLOC's hits.
 fn check(what: &str, device: &Arc<Device>, scene: &Scene, rays: &[Ray]) -> Vec<Hit> {
     let reference = Reference::new(scene);
-    let [ploc, lbvh, binned] = Builder::ALL.map(|builder| {
+    let [ploc, lbvh, odop, binned] = Builder::ALL.map(|builder| {
         let recipe = Recipe { builder, ..Recipe::default() };
         let (built, _) = assert_twin(what, device, scene, &recipe);
         let claims = Claims::of(&built.bvh, recipe.collapse);
@@ -35,7 +35,7 @@ fn check(what: &str, device: &Arc<Device>, scene: &Scene, rays: &[Ray]) -> Vec<H
         assert!(verdict.is_clean(), "{what}, {builder:?}: {verdict}");
         hits
     });
-    for (builder, hits) in [("lbvh", lbvh), ("sah", binned)] {
+    for (builder, hits) in [("lbvh", lbvh), ("odop2", odop), ("sah", binned)] {
         let differ = ploc.iter().zip(&hits).position(|(a, b)| bytes_of(a) != bytes_of(b));
         assert_eq!(differ, None, "{what}: a ray's hit differs between ploc and {builder}");
     }

@@ -16,6 +16,7 @@ mod layout;
 mod lbvh;
 mod matrix;
 mod morton;
+mod odop;
 mod odopfit;
 mod oracle;
 mod orient;

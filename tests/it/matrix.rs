@@ -5,12 +5,17 @@
 use crate::gpu::{options, quiet, quiet_on};
 use crate::soup::{grid, random, scene};
 use boxwood::abi::TAIL_CLUSTERS;
-use boxwood::bvh::{self, Builder, Built, Collapse, HostTree, Morton, Recipe, SceneBuffers, Stages};
+use boxwood::bvh::{
+    self, Bases, Builder, Built, Collapse, Generator, HostTree, Morton, Recipe, SceneBuffers, Stages,
+};
 use boxwood::device::{Device, Options, Shape};
 use boxwood::oracle::{self, morton::is_wide};
 use boxwood::scene::Scene;
 use bytemuck::{bytes_of, cast_slice};
 use std::sync::{Arc, OnceLock};
+
+/// ODOP of few bases.
+pub const ODOP: Builder = Builder::Odop(Bases { generator: Generator::Grid, degree: 2 });
 
 /// A recipe with another radius.
 pub fn radius(radius: u32) -> Recipe {
@@ -120,8 +125,8 @@ fn every_size_equals_the_twin() {
     let device = quiet();
     for n in sizes(device.shape()) {
         for builder in Builder::ALL {
-            // The binned twin is too slow for more.
-            if builder != Builder::Binned || n < 5000 {
+            // The others' twins are too slow for more.
+            if matches!(builder, Builder::Ploc | Builder::Lbvh) || n < 5000 {
                 let recipe = Recipe { builder, ..Recipe::default() };
                 assert_twin("random", &device, &scene(&random(n, 0.05, n as u64)), &recipe);
             }
@@ -191,6 +196,7 @@ fn shapes_and_loads_do_not_show() {
         let device = quiet_on(other);
         for soup in &soups {
             assert_twin(what, &device, soup, &Recipe::default());
+            assert_twin(what, &device, soup, &Recipe { builder: ODOP, ..Recipe::default() });
             for morton in [Morton::Auto, Morton::Ext7] {
                 let recipe = Recipe { builder: Builder::Lbvh, morton, ..Recipe::default() };
                 assert_twin(what, &device, soup, &recipe);
@@ -201,6 +207,7 @@ fn shapes_and_loads_do_not_show() {
     let device = quiet_on(gpu_shaped);
     for r in [2, 16] {
         assert_twin("loads", &device, &soups[5], &radius(r));
+        assert_twin("loads", &device, &soups[3], &Recipe { builder: ODOP, ..radius(r) });
     }
 }
 
