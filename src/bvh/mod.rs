@@ -3,6 +3,7 @@
 
 pub mod bases;
 pub mod binned;
+mod boxes;
 mod collapse;
 mod dito;
 pub mod frame;
@@ -19,6 +20,7 @@ mod sort;
 mod tree;
 
 pub use bases::{Bases, Generator};
+pub use boxes::{FACES, Level, NodeBox, PlacedBox};
 pub use method::Method;
 pub(crate) use radix::Radix;
 pub use recipe::{Builder, Collapse, Fit, Morton, Recipe};
