@@ -4,6 +4,7 @@
 
 pub mod bases;
 pub mod binned;
+mod boxes;
 mod collapse;
 mod dito;
 pub mod frame;
@@ -24,6 +25,7 @@ mod sort;
 mod tree;
 
 pub use bases::{Bases, Generator};
+pub use boxes::{FACES, Level, NodeBox, PlacedBox};
 pub use method::Method;
 pub use orientation::Orientations;
 pub(crate) use radix::Radix;

@@ -8,7 +8,7 @@ use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 
 /// Side of a letter before it is enlarged, pixels.
-const LETTER: usize = 8;
+pub(super) const LETTER: usize = 8;
 
 /// Pixels, 8 bits a channel, sRGB, rows from the top.
 #[derive(Debug, Clone)]
@@ -28,14 +28,9 @@ fn encoded(light: Vec3) -> [u8; 3] {
     light.to_array().map(channel)
 }
 
-/// The colour of `share` in [0, 1], linear light: from near black by violet and orange to pale yellow. Lightness rises
-/// evenly in Oklab (Ottosson20), so that order shows, in print and to colour-blind eyes too.
-pub(super) fn heat(share: f32) -> Vec3 {
-    let x = share.clamp(0.0, 1.0);
-    let lightness = 0.16 + 0.80 * x;
-    let hue = (285.0 + 178.0 * x).to_radians();
-    let chroma = 0.05 + 0.14 * (std::f32::consts::PI * (0.1 + 0.78 * x)).sin();
-    let (a, b) = (chroma * hue.cos(), chroma * hue.sin());
+/// A colour by lightness, chroma and hue, degrees, in Oklab (Ottosson20), as linear light.
+pub(super) fn oklch(lightness: f32, chroma: f32, hue: f32) -> Vec3 {
+    let (a, b) = (chroma * hue.to_radians().cos(), chroma * hue.to_radians().sin());
     let l = (lightness + 0.396_337_78 * a + 0.215_803_76 * b).powi(3);
     let m = (lightness - 0.105_561_346 * a - 0.063_854_17 * b).powi(3);
     let s = (lightness - 0.089_484_18 * a - 1.291_485_5 * b).powi(3);
@@ -44,6 +39,13 @@ pub(super) fn heat(share: f32) -> Vec3 {
         -1.268_438 * l + 2.609_757_4 * m - 0.341_319_4 * s,
         -0.004_196_086_3 * l - 0.703_418_6 * m + 1.707_614_7 * s,
     )
+}
+
+/// The colour of `share` in [0, 1], linear light: from near black by violet and orange to pale yellow. Lightness rises
+/// evenly, so that order shows, in print and to colour-blind eyes too.
+pub(super) fn heat(share: f32) -> Vec3 {
+    let x = share.clamp(0.0, 1.0);
+    oklch(0.16 + 0.80 * x, 0.05 + 0.14 * (std::f32::consts::PI * (0.1 + 0.78 * x)).sin(), 285.0 + 178.0 * x)
 }
 
 impl Picture {

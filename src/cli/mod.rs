@@ -4,6 +4,7 @@
 //! found a fault; 2: the arguments make no sense.
 
 mod bench;
+mod boxes;
 mod build;
 mod check;
 mod choices;
@@ -56,6 +57,7 @@ enum Command {
     Build(build::Args),
     Query(query::Args),
     Render(render::Args),
+    Boxes(boxes::Args),
     Bench(bench::Args),
     Fits(fits::Args),
     Scenes(scenes::Args),
@@ -70,6 +72,7 @@ pub fn main() -> ExitCode {
         Command::Build(args) => build::run(&cli.global, args),
         Command::Query(args) => query::run(&cli.global, args),
         Command::Render(args) => render::run(&cli.global, args),
+        Command::Boxes(args) => boxes::run(&cli.global, args),
         Command::Bench(args) => bench::run(&cli.global, args),
         Command::Fits(args) => fits::run(&cli.global, args),
         Command::Scenes(args) => scenes::run(&cli.global, args),

@@ -8,7 +8,7 @@ use crate::abi::{Hit, Ray, Tests};
 use crate::bvh::{Bvh, SceneBuffers, build};
 use crate::device::{Device, Timing};
 use crate::oracle::rays::surface_of;
-use crate::scene::Scene;
+use crate::scene::{Camera, Scene};
 use crate::trace::rays::{
     MOST_SAMPLES, SAMPLES, SECONDARY_BATCH, Secondary, View, pixel_order, primary, secondary,
 };
@@ -72,15 +72,8 @@ pub(super) struct Args {
     /// Which picture.
     #[arg(long, value_enum, default_value_t = Mode::Primary)]
     mode: Mode,
-    /// Which of the scene's five views.
-    #[arg(long, value_name = "1-5", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=5))]
-    view: u32,
-    /// Pixels in a row.
-    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(1..=LARGEST))]
-    width: u32,
-    /// Rows.
-    #[arg(long, value_name = "N", default_value_t = 768, value_parser = clap::value_parser!(u32).range(1..=LARGEST))]
-    height: u32,
+    #[command(flatten)]
+    view: ViewArgs,
     /// Rays a hit, of `ao` and `diffuse`.
     #[arg(long, value_name = "N", default_value_t = SAMPLES, value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SAMPLES)))]
     samples: u32,
@@ -92,6 +85,32 @@ pub(super) struct Args {
     precision: PrecisionName,
     #[command(flatten)]
     recipe: RecipeArgs,
+}
+
+/// What a picture is taken of, and how large it is.
+#[derive(Debug, clap::Args)]
+pub(super) struct ViewArgs {
+    /// Which of the scene's five views.
+    #[arg(long, value_name = "1-5", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=5))]
+    view: u32,
+    /// Five views of the whole scene from outside, instead of its own.
+    #[arg(long)]
+    around: bool,
+    /// Pixels in a row.
+    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(1..=LARGEST))]
+    width: u32,
+    /// Rows.
+    #[arg(long, value_name = "N", default_value_t = 768, value_parser = clap::value_parser!(u32).range(1..=LARGEST))]
+    height: u32,
+}
+
+impl ViewArgs {
+    /// The same for the library.
+    pub(super) fn of(&self, scene: &Scene) -> View {
+        let Self { view, around, width, height } = *self;
+        let views = if around { Camera::five_for(&scene.bounds()) } else { scene.views_or_default() };
+        View { camera: views[view as usize - 1], width, height }
+    }
 }
 
 /// A length above 0; may be `inf`.
@@ -119,11 +138,7 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     let buffers = SceneBuffers::upload(&device, &scene)?;
     let recipe = args.recipe.recipe(global, &device)?;
     let bvh = build(&device, &buffers, &recipe, Timing::Off)?.bvh;
-    let view = View {
-        camera: scene.views_or_default()[args.view as usize - 1],
-        width: args.width,
-        height: args.height,
-    };
+    let view = args.view.of(&scene);
     let studio = Studio::new(global, device, &scene, buffers, bvh, view, args)?;
     for ((mode, output), path) in modes.into_iter().zip(outputs).zip(&paths) {
         studio.take(mode, args)?.save(output)?;

@@ -11,6 +11,7 @@ mod mtl;
 mod packed;
 mod soup;
 mod stl;
+mod write;
 
 const QUIET: Options = Options { progress: Progress::Quiet, cache: None };
 

@@ -1,6 +1,31 @@
-//! Scenes as mesh files of other programs: positions bit for bit, triangles in order; no colours, no views.
+//! Scenes as mesh files of other programs: positions bit for bit, triangles in order; no colours, no views. And shapes of
+//! flat faces, with names and colours, for programs that model.
+
+mod glb;
+mod obj;
 
 use super::Scene;
+
+pub use glb::glb;
+pub use obj::{mtl, obj};
+
+/// A shape of flat faces, of one colour.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Part {
+    /// What it is called: a word.
+    pub name: String,
+    /// Base colour, linear light, and opacity; 0 to 1.
+    pub color: [f32; 4],
+    /// Vertex positions, scene units; finite.
+    pub positions: Vec<[f32; 3]>,
+    /// Faces of four corners in a plane, counter-clockwise from outside.
+    pub faces: Vec<[u32; 4]>,
+}
+
+/// The two triangles of a face.
+pub fn halves([a, b, c, d]: [u32; 4]) -> [[u32; 3]; 2] {
+    [[a, b, c], [a, c, d]]
+}
 
 /// Binary little-endian PLY: vertices as the scene has them, faces of three.
 pub fn ply(scene: &Scene) -> Vec<u8> {

@@ -4,6 +4,7 @@ mod adversarial;
 mod assisted;
 mod bench;
 mod binned;
+mod boxes;
 mod cli;
 mod collapse;
 mod costs;
