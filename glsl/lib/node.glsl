@@ -7,29 +7,40 @@ layout(constant_id = SPEC_ORIENTED) const uint ORIENTED = 0;
 // the ray passes by. As integers, smaller is nearer; where t is negative the order means nothing, and need not.
 const int MISSED = 0x7f800000;
 
-// The ray in a node's frame: its t stays.
-void turn(inout Setup s, inout bvec3 negative, uvec2 frame) {
-    vec3 r = rodrigues_of(frame);
-    Frame f = frame_of(r);
-    vec3 o = vec3(dot(f.x, s.moved), dot(f.y, s.moved), dot(f.z, s.moved));
-    s.inverse = inverse_of(vec3(dot(f.x, s.direction), dot(f.y, s.direction), dot(f.z, s.direction)));
-    vec3 centre = -o * s.inverse;
-    vec3 pad = (PAD_ORIENTED * stretch_of(r) * s.reach) * abs(s.inverse);
-    s.near = centre - pad;
-    s.far = centre + pad;
-    negative = lessThan(s.inverse, vec3(0.0));
+vec3 turned(Frame f, vec3 p) {
+    return vec3(fma(f.x.x, p.x, fma(f.x.y, p.y, f.x.z * p.z)), fma(f.y.x, p.x, fma(f.y.y, p.y, f.y.z * p.z)),
+                fma(f.z.x, p.x, fma(f.z.y, p.y, f.z.z * p.z)));
 }
 
-ivec4 meet_children(Setup s, bvec3 negative, Node n, float t_max) {
-    if (ORIENTED != 0 && is_oriented(n.frame)) turn(s, negative, n.frame);
+// Takes the ray into a frame: its t stays. Nodes that follow each other often share theirs.
+void turn(inout Setup s, uvec2 frame) {
+    vec3 r = rodrigues_of(frame);
+    Frame f = frame_of(r);
+    vec3 o = turned(f, s.moved);
+    s.turned_inverse = inverse_of(turned(f, s.direction));
+    vec3 pad = (PAD_ORIENTED * stretch_of(r) * s.reach) * abs(s.turned_inverse);
+    s.turned_near = fma(-o, s.turned_inverse, -pad);
+    s.turned_far = fma(-o, s.turned_inverse, pad);
+    s.frame = frame;
+}
+
+ivec4 meet_children(inout Setup s, Node n, float t_max) {
+    vec3 inverse = s.inverse, from_near = s.near, from_far = s.far;
+    if (ORIENTED != 0 && is_oriented(n.frame)) {
+        if (n.frame != s.frame) turn(s, n.frame);
+        inverse = s.turned_inverse;
+        from_near = s.turned_near;
+        from_far = s.turned_far;
+    }
+    bvec3 negative = lessThan(inverse, vec3(0.0));
     uvec3 near_planes = mix(n.lo, n.hi, negative), far_planes = mix(n.hi, n.lo, negative);
     vec3 scale = uintBitsToFloat(uvec3(n.exponents << 23, n.exponents << 15, n.exponents << 7) & 0x7f800000u);
-    vec3 stride = scale * s.inverse;
-    vec3 near = n.origin * s.inverse + s.near, far = n.origin * s.inverse + s.far;
+    vec3 stride = scale * inverse;
+    vec3 near = fma(n.origin, inverse, from_near), far = fma(n.origin, inverse, from_far);
     ivec4 keys;
     [[unroll]] for (int k = 0; k < WIDTH; ++k) {
-        vec3 enter3 = vec3(ivec3(near_planes >> 8 * k & 0xffu)) * stride + near;
-        vec3 leave3 = vec3(ivec3(far_planes >> 8 * k & 0xffu)) * stride + far;
+        vec3 enter3 = fma(vec3(ivec3(near_planes >> 8 * k & 0xffu)), stride, near);
+        vec3 leave3 = fma(vec3(ivec3(far_planes >> 8 * k & 0xffu)), stride, far);
         float enter = greatest_of(greatest_of(enter3.x, enter3.y), greatest_of(enter3.z, s.t_min));
         float leave = least_of(least_of(leave3.x, leave3.y), least_of(leave3.z, t_max));
         bool met = enter <= leave && (k < 1 || n.children[k] != INVALID);

@@ -37,6 +37,10 @@ struct Setup {
     vec3 direction;   // scaled
     float reach;      // R
     vec3 moved;       // origin, moved
+    uvec2 frame;      // that the next three are of; 0: of none yet
+    vec3 turned_inverse;
+    vec3 turned_near;
+    vec3 turned_far;
     bool valid;       // finite, with a direction; other rays miss
 };
 
@@ -86,6 +90,7 @@ Setup prepare(Ray ray) {
     float reach = args.reach + max(abs(moved.x), max(abs(moved.y), abs(moved.z)));
     s.reach = reach;
     s.moved = moved;
+    s.frame = uvec2(0);
     s.inverse = inverse_of(d);
     precise vec3 centre = -moved * s.inverse;
     precise vec3 pad = (PAD * reach) * abs(s.inverse);

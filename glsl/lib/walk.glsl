@@ -14,10 +14,10 @@ uint pop_within(float t) {
 }
 
 // From a node to what comes next: its nearest child that is met, or what waited.
-uint descend(uint node, Setup s, bvec3 negative, Nearest nearest, inout Tests tests) {
+uint descend(uint node, inout Setup s, Nearest nearest, inout Tests tests) {
     Node n = LOAD_Node(nodes, node);
     if (COUNT != 0) count_boxes(tests, n);
-    node = push_farther(n, sorted(meet_children(s, negative, n, nearest.t)));
+    node = push_farther(n, sorted(meet_children(s, n, nearest.t)));
     return node == INVALID ? pop_within(nearest.t) : node;
 }
 

@@ -16,7 +16,6 @@ void main() {
     bool active_ray = in_range && s.valid;
     Nearest nearest = Nearest(active_ray ? s.t_max : uintBitsToFloat(0xff800000u), INVALID, vec2(0.0));
     Tests tests = Tests(0, 0, 0, 0);
-    bvec3 negative = lessThan(s.inverse, vec3(0.0));
 
     // Without the t where a child is entered: to keep it costs a packet more than it saves.
     uint stack[STACK];
@@ -25,7 +24,7 @@ void main() {
     while (node != INVALID) {
         if (node < LEAF_BIT) {
             Node n = shared_node(node);
-            ivec4 keys = meet_children(s, negative, n, nearest.t);
+            ivec4 keys = meet_children(s, n, nearest.t);
             if (COUNT != 0 && active_ray) count_boxes(tests, n);
             // The child that some ray meets first goes first.
             [[unroll]] for (int k = 0; k < WIDTH; ++k) keys[k] = subgroupMin(keys[k]);

@@ -18,7 +18,6 @@ void main() {
     uint node = INVALID;  // where to go on
     uint leaf = INVALID;  // put off
     Setup s;
-    bvec3 negative;
     Nearest nearest;
     Tests tests;
     while (left || subgroupAny(ray != INVALID)) {
@@ -32,7 +31,6 @@ void main() {
             if (ray == INVALID && mine < args.count) {
                 ray = ray_at(mine);
                 s = prepare(LOAD_Ray(rays, ray));
-                negative = lessThan(s.inverse, vec3(0.0));
                 nearest = Nearest(s.t_max, INVALID, vec2(0.0));
                 tests = Tests(0, 0, 0, 0);
                 top = 0;
@@ -42,7 +40,7 @@ void main() {
         uint enough = left ? max(1, lanes * FEW / 8) : 1, live;
         do {
             do {
-                if (node < LEAF_BIT) node = descend(node, s, negative, nearest, tests);
+                if (node < LEAF_BIT) node = descend(node, s, nearest, tests);
                 if (leaf == INVALID && is_leaf(node)) {
                     leaf = node;
                     node = pop_within(nearest.t);

@@ -11,7 +11,6 @@ void main() {
     uint end = min(next + ITEMS * WG, args.count);
     uint ray = INVALID;
     Setup s;
-    bvec3 negative;
     Nearest nearest;
     Tests tests;
     uint node;
@@ -21,14 +20,13 @@ void main() {
             ray = ray_at(next);
             next += WG;
             s = prepare(LOAD_Ray(rays, ray));
-            negative = lessThan(s.inverse, vec3(0.0));
             nearest = Nearest(s.t_max, INVALID, vec2(0.0));
             tests = Tests(0, 0, 0, 0);
             top = 0;
             node = s.valid ? args.root : INVALID;
         }
         while (node < LEAF_BIT) {
-            node = descend(node, s, negative, nearest, tests);
+            node = descend(node, s, nearest, tests);
             if (2 * subgroupBallotBitCount(subgroupBallot(node < LEAF_BIT)) < gl_SubgroupSize) break;
         }
         if (node >= LEAF_BIT && node != INVALID) node = meet_leaf(node, s, nearest, tests);

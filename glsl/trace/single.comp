@@ -7,12 +7,11 @@ void main() {
     if (ray >= args.count) return;
     ray = ray_at(ray);
     Setup s = prepare(LOAD_Ray(rays, ray));
-    bvec3 negative = lessThan(s.inverse, vec3(0.0));
     Nearest nearest = Nearest(s.t_max, INVALID, vec2(0.0));
     Tests tests = Tests(0, 0, 0, 0);
     uint node = s.valid ? args.root : INVALID;
     while (node != INVALID) {
-        while (node < LEAF_BIT) node = descend(node, s, negative, nearest, tests);
+        while (node < LEAF_BIT) node = descend(node, s, nearest, tests);
         if (node == INVALID) break;
         node = meet_leaf(node, s, nearest, tests);
     }

@@ -1,11 +1,11 @@
-//! Which walk a set of rays is fastest with, and whether sorting them pays: tried on some of them, the sort's own time
-//! included.
+//! Which walk a set of rays is fastest with, whether sorting them pays, and of trees that keep both, whether oriented boxes
+//! do: tried on some of them, the sort's own time included.
 
 use super::Result;
 use crate::abi::Ray;
 use crate::bvh::Bvh;
 use crate::device::{Device, Timing};
-use crate::trace::{Batch, Options, RayOrder, Walk, trace};
+use crate::trace::{Batch, Boxes, Options, RayOrder, Walk, trace};
 use std::sync::Arc;
 
 /// Rays that are tried, at most. They are neighbours, so that they lie as densely as all of a batch: a sample of every
@@ -29,6 +29,8 @@ pub struct Trial {
     pub walk: Walk,
     /// In which order.
     pub order: RayOrder,
+    /// Through which boxes.
+    pub boxes: Boxes,
     /// Least device time, ms, with the sort.
     pub ms: f64,
 }
@@ -54,8 +56,8 @@ impl Choice {
     fn decide(&mut self) {
         let (given, sorted) = (self.fastest(RayOrder::AsGiven), self.fastest(RayOrder::Sorted));
         let pays = |s: &&Trial| given.is_none_or(|g| s.ms <= g.ms * (1.0 - LEAST_GAIN));
-        if let Some(Trial { walk, order, .. }) = sorted.filter(pays).or(given).copied() {
-            self.options = Options { walk, order, ..self.options };
+        if let Some(Trial { walk, order, boxes, .. }) = sorted.filter(pays).or(given).copied() {
+            self.options = Options { walk, order, boxes, ..self.options };
         }
     }
 }
@@ -93,8 +95,12 @@ pub(super) fn fastest_walk(
 ) -> Result<Choice> {
     let all = batch.count;
     let rays = if orders.len() > 1 { all.min(SAMPLE) } else { all };
-    let both = Walk::all(device).iter().flat_map(|walk| orders.iter().map(|order| (*walk, *order)));
-    let trials = both.map(|(walk, order)| Trial { walk, order, ms: f64::INFINITY }).collect();
+    let mut trials = vec![];
+    for &boxes in Boxes::of(bvh) {
+        for &walk in Walk::all(device) {
+            trials.extend(orders.iter().map(|&order| Trial { walk, order, boxes, ms: f64::INFINITY }));
+        }
+    }
     let mut choice = Choice { options, rays, trials };
     batch.count = rays.min(WARM_UP);
     let mut tried = try_all(device, bvh, batch, options, &mut choice.trials, 1);
@@ -121,7 +127,7 @@ fn try_all(
     for _ in 0..rounds {
         let hope = HOPELESS * trials.iter().map(|t| t.ms).fold(f64::INFINITY, f64::min);
         for trial in trials.iter_mut().filter(|t| t.ms == f64::INFINITY || t.ms <= hope) {
-            let options = Options { walk: trial.walk, order: trial.order, ..options };
+            let options = Options { walk: trial.walk, order: trial.order, boxes: trial.boxes, ..options };
             trial.ms = trial.ms.min(trace(device, bvh, batch, options, Timing::Outer)?.device_ms);
         }
     }
@@ -133,7 +139,8 @@ mod tests {
     use super::*;
 
     fn decided(trials: &[(Walk, RayOrder, f64)]) -> (Walk, RayOrder) {
-        let trials = trials.iter().map(|&(walk, order, ms)| Trial { walk, order, ms }).collect();
+        let trials =
+            trials.iter().map(|&(walk, order, ms)| Trial { walk, order, boxes: Boxes::Mixed, ms }).collect();
         let mut choice = Choice { options: Options::default(), rays: 1, trials };
         choice.decide();
         (choice.options.walk, choice.options.order)

@@ -12,7 +12,7 @@ use crate::device::{Buffer, Device, Timing};
 use crate::oracle::compare::{self, compare};
 use crate::oracle::reference::Reference;
 use crate::trace::rays::{SAMPLES, Secondary, View, primary, secondary};
-use crate::trace::{BATCH, Batch, Options, Precision, Query, RayOrder, Walk, trace};
+use crate::trace::{BATCH, Batch, Boxes, Options, Precision, Query, RayOrder, Walk, trace};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -63,6 +63,7 @@ fn untried(device: &Device, set: &RaySet) -> Options {
         precision: Precision::Robust,
         walk: Walk::untried(device, coherent),
         order: RayOrder::AsGiven,
+        boxes: Boxes::Mixed,
     }
 }
 
@@ -186,6 +187,7 @@ impl<'a> Rays<'a> {
         for cell in &mut open.cells {
             cell.row.kernel = cell.options.walk.kernel_name().to_owned();
             cell.row.sorted = cell.options.order == RayOrder::Sorted;
+            cell.row.boxes = cell.options.boxes.name().to_owned();
             cell.row.cost_per_ray = stage.costs.per_ray(&cell.row.tests, cell.row.rays);
             cell.row.check = stage.reference.as_ref().map(|reference| {
                 Check::from(&judge(reference, &open.sample, &cell.sample, cell.options.query))
@@ -305,6 +307,7 @@ impl Cell {
             set: set.to_string(),
             kernel: String::new(),
             sorted: false,
+            boxes: Boxes::Mixed.name().to_owned(),
             rays: 0,
             hits: 0,
             trace_ms: Spread::default(),

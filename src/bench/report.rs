@@ -3,6 +3,7 @@
 use super::rows::{BuildRow, Check, Header, RayRow};
 use super::{Plan, Rows, Spread, TestTotals};
 use crate::bvh::Fit;
+use crate::trace::Boxes;
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 
 /// The rows of a plan that are there, in its order.
@@ -55,6 +56,7 @@ struct Line<'a> {
     view: Option<usize>,
     set: Option<&'a str>,
     kernel: Option<&'a str>,
+    boxes: Option<&'a str>,
     sorted: Option<bool>,
     rays: Option<usize>,
     hits: Option<usize>,
@@ -161,6 +163,7 @@ impl<'r> Report<'r> {
             view: r.map(|r| r.view),
             set: r.map(|r| r.set.as_str()),
             kernel: r.map(|r| r.kernel.as_str()),
+            boxes: r.map(|r| r.boxes.as_str()),
             sorted: r.map(|r| r.sorted),
             rays: r.map(|r| r.rays),
             hits: r.map(|r| r.hits),
@@ -321,7 +324,11 @@ impl Views {
         let tests = |f: fn(&RayRow) -> u64| rows.iter().map(|r| f(r)).sum();
         let ms = |f: fn(&Spread) -> f64| rows.iter().map(|r| f(&r.trace_ms)).sum();
         let check = |f: fn(&Check) -> usize| rows.iter().filter_map(|r| r.check.as_ref()).map(f).sum();
-        let title = |r: &&RayRow| format!("{}{}", r.kernel, if r.sorted { ", sorted" } else { "" });
+        let title = |r: &&RayRow| {
+            let sorted = if r.sorted { ", sorted" } else { "" };
+            let boxes = if r.boxes == Boxes::AxisAligned.name() { ", axis-aligned boxes" } else { "" };
+            format!("{}{sorted}{boxes}", r.kernel)
+        };
         let mut kernels: Vec<String> = rows.iter().map(title).collect();
         kernels.sort_unstable();
         kernels.dedup();

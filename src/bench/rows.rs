@@ -101,6 +101,8 @@ pub struct RayRow {
     pub kernel: String,
     /// Whether they were sorted first; times have the sort in them.
     pub sorted: bool,
+    /// Through which boxes, of a tree that keeps both: `mixed`, `axis-aligned`.
+    pub boxes: String,
     /// Rays of a run.
     pub rays: usize,
     /// Those that hit something.

@@ -90,5 +90,6 @@ pub(super) fn pack(
         triangle_count: tree.count,
         left_out: (build.scene.count() - n) as u32,
         oriented: 0,
+        axis_aligned: None,
     })
 }

@@ -64,6 +64,12 @@ impl Method {
             Builder::Ploc,
             Fit::Hybrid,
         ),
+        method(
+            "auto",
+            "ploc's tree with the boxes that the scene needs, which each set of rays takes where they are faster",
+            Builder::Ploc,
+            Fit::Auto,
+        ),
     ];
 
     /// The one of this name.

@@ -2,6 +2,7 @@
 //! Instead of `ploc` stands `odop` or `lbvh`, or `binned` instead of all before `collapse`; `odopfit` and `dito → orient`
 //! may follow `layout`.
 
+pub mod auto;
 pub mod bases;
 pub mod binned;
 mod boxes;
@@ -287,17 +288,25 @@ fn run(
 /// Turns the boxes of nodes as the recipe says.
 fn orient(build: &mut Build<'_>, bvh: &mut Bvh) -> Result<()> {
     let (fit, scene) = (build.recipe.fit, build.scene);
-    if let Some(bases) = fit.bases() {
-        odopfit::fit(build, bvh, &bases.frames())?;
+    let trials = build.on_host("orientation", || auto::trials(fit, &scene.sample));
+    build.explain.extend(trials.why);
+    let bases = trials.bases.iter().any(|words| frame::is_oriented(*words));
+    if fit == Fit::Auto && (bases || trials.points.is_some()) {
+        let kept = build.buffer("bvh.axis_aligned", bvh.nodes.len())?;
+        let mut rec = build.recorder()?;
+        rec.copy(&bvh.nodes, &kept);
+        build.run(rec)?;
+        bvh.axis_aligned = Some(kept);
     }
-    if let Some(most) = fit.own_bases() {
-        let found = build.on_host("orientation", || Orientations::of(&scene.sample));
-        build.note(format!("orientation: {found}"));
-        odopfit::fit(build, bvh, &found.frames(most))?;
+    if !trials.bases.is_empty() {
+        odopfit::fit(build, bvh, &trials.bases)?;
     }
-    if let Some(points) = fit.points() {
+    if let Some(points) = trials.points {
         let slots = dito::fit(build, bvh, points)?;
         orient::orient(build, bvh, &slots, points)?;
+    }
+    if bvh.oriented == 0 {
+        bvh.axis_aligned = None;
     }
     Ok(())
 }

@@ -136,6 +136,9 @@ pub enum Fit {
     Own(u32),
     /// The scene's own bases, at most 16, then DiTO from 14 points where that costs less still.
     Hybrid,
+    /// Of these what the scene needs, see [`super::auto`]; and nodes are kept as they were as well, for rays that go faster
+    /// through those: 64 bytes a node more.
+    Auto,
 }
 
 /// Bases of the degree on a grid.
@@ -145,7 +148,7 @@ const fn odop(degree: u32) -> Fit {
 
 impl Fit {
     /// Every choice, bases by the grid and as many as there are.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 16] = [
         Self::Aabb,
         Self::Dito(12),
         Self::Dito(14),
@@ -161,6 +164,7 @@ impl Fit {
         odop(8),
         Self::Own(MOST),
         Self::Hybrid,
+        Self::Auto,
     ];
 
     /// As arguments and reports have it.
@@ -174,32 +178,15 @@ impl Fit {
             Self::Odop(bases) => bases.name(),
             Self::Own(_) => "own",
             Self::Hybrid => "hybrid",
+            Self::Auto => "auto",
         }
     }
 
-    /// Extremal points that DiTO fits boxes to.
-    pub fn points(self) -> Option<u32> {
-        match self {
-            Self::Dito(points) => Some(points),
-            Self::Hybrid => Some(14),
-            Self::Aabb | Self::Odop(_) | Self::Own(_) => None,
-        }
-    }
-
-    /// Bases that every node tries.
+    /// Bases that every node tries, whatever the scene.
     pub fn bases(self) -> Option<Bases> {
         match self {
             Self::Odop(bases) => Some(bases),
-            Self::Aabb | Self::Dito(_) | Self::Own(_) | Self::Hybrid => None,
-        }
-    }
-
-    /// Of the scene's own bases so many that every node tries, at most.
-    pub fn own_bases(self) -> Option<u32> {
-        match self {
-            Self::Own(most) => Some(most),
-            Self::Hybrid => Some(MOST),
-            Self::Aabb | Self::Dito(_) | Self::Odop(_) => None,
+            _ => None,
         }
     }
 
@@ -213,7 +200,7 @@ impl Fit {
 
     fn is_in_range(self) -> bool {
         match self {
-            Self::Aabb | Self::Hybrid => true,
+            Self::Aabb | Self::Hybrid | Self::Auto => true,
             Self::Dito(points) => [12, 14, 20, 26].contains(&points),
             Self::Odop(bases) => (1..=8).contains(&bases.degree),
             Self::Own(most) => (1..=MOST).contains(&most),

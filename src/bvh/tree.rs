@@ -70,6 +70,8 @@ pub struct Bvh {
     pub left_out: u32,
     /// Packed nodes whose boxes are oriented.
     pub oriented: u32,
+    /// `nodes` as they were before some became oriented, where both are kept.
+    pub axis_aligned: Option<Buffer<Node>>,
 }
 
 /// A packed tree read back.
@@ -88,7 +90,7 @@ pub struct HostTree {
 impl Bvh {
     /// Bytes of device memory that tracing needs.
     pub fn bytes(&self) -> u64 {
-        self.nodes.bytes() + self.triangles.bytes()
+        self.nodes.bytes() + self.triangles.bytes() + self.axis_aligned.as_ref().map_or(0, Buffer::bytes)
     }
 
     /// Reads the tree back.

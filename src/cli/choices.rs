@@ -30,6 +30,7 @@ impl ValueEnum for Fit {
     fn to_possible_value(&self) -> Option<PossibleValue> {
         Some(PossibleValue::new(self.name()).help(match self {
             Self::Aabb => "Axis-aligned",
+            Self::Auto => "Of these what the scene needs, which rays take where they are faster",
             Self::Dito(_) => "Oriented where that costs less, by DiTO from so many extremal points",
             Self::Odop(_) => "Oriented where that costs less, in the best of D³ bases: see --bases",
             Self::Own(_) => "Likewise, of up to 16 bases that most of the scene's triangles share",

@@ -3,7 +3,7 @@
 use super::choices::SortName;
 use crate::bench::{Choice, Counting, Traced, Trial};
 use crate::bvh::Built;
-use crate::trace::{Precision, Query, RayOrder, Walk};
+use crate::trace::{Boxes, Precision, Query, RayOrder, Walk};
 
 /// What a build did.
 pub(super) fn build(built: &Built) {
@@ -57,7 +57,8 @@ fn tried(choice: &Choice) -> String {
     }
     let time = |t: &Trial| {
         let sorted = if t.order == RayOrder::Sorted { " sorted" } else { "" };
-        format!("{}{sorted} {:.2} ms", t.walk.kernel_name(), t.ms)
+        let boxes = if t.boxes == Boxes::AxisAligned { " in axis-aligned boxes" } else { "" };
+        format!("{}{sorted}{boxes} {:.2} ms", t.walk.kernel_name(), t.ms)
     };
     let times: Vec<String> = choice.trials.iter().map(time).collect();
     format!("{} rays took {}", choice.rays, times.join(", "))

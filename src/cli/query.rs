@@ -56,6 +56,8 @@ struct Report<'a> {
     precision: &'static str,
     walk: &'static str,
     sorted: bool,
+    /// Through which boxes, of a tree that keeps both.
+    boxes: &'static str,
     #[serde(skip_serializing_if = "Option::is_none")]
     sort_ms: Option<f64>,
     rays: usize,
@@ -153,6 +155,7 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
         precision: args.precision.name(),
         walk: options.walk.kernel_name(),
         sorted: options.order == RayOrder::Sorted,
+        boxes: options.boxes.name(),
         sort_ms: (options.order == RayOrder::Sorted).then(|| traced.sort_ms()),
         rays: rays.len(),
         hits,

@@ -302,6 +302,11 @@ impl Recorder {
         self.barrier();
     }
 
+    /// Copies all of `from` to `to`, which is no shorter.
+    pub fn copy<T: bytemuck::NoUninit>(&mut self, from: &Buffer<T>, to: &Buffer<T>) {
+        self.copy_bytes(&from.memory, 0, &to.memory, 0, from.bytes());
+    }
+
     pub(super) fn copy_bytes(
         &mut self,
         from: &Allocated,

@@ -31,7 +31,7 @@ pub mod validate;
 use crate::abi::Aabb;
 use crate::bvh::orientation::sample;
 use crate::bvh::raw::HostRawTree;
-use crate::bvh::{Builder, HostTree, Orientations, Recipe};
+use crate::bvh::{Builder, HostTree, Recipe, auto};
 use crate::scene::Scene;
 
 /// What each stage of a build comes to: the twin of `bvh::Stages`, and the tree.
@@ -82,14 +82,11 @@ pub fn build(scene: &Scene, recipe: &Recipe) -> Built {
     let parts = raw.as_ref().map(|(tree, kept)| (tree, kept));
     let mut tree = layout::pack(scene, &order, &space, recipe.collapse.max_leaf, parts);
     let mut oriented = 0;
-    if let Some(bases) = recipe.fit.bases() {
-        oriented += odopfit::fit(&mut tree, space.anchor, &bases.frames(), recipe);
+    let trials = auto::trials(recipe.fit, &sample(scene));
+    if !trials.bases.is_empty() {
+        oriented += odopfit::fit(&mut tree, space.anchor, &trials.bases, recipe);
     }
-    if let Some(most) = recipe.fit.own_bases() {
-        let frames = Orientations::of(&sample(scene)).frames(most);
-        oriented += odopfit::fit(&mut tree, space.anchor, &frames, recipe);
-    }
-    if let Some(points) = recipe.fit.points() {
+    if let Some(points) = trials.points {
         oriented += orient::orient(&mut tree, space.anchor, points, recipe);
     }
     Built { bounds, space, order, raw, tree, oriented }

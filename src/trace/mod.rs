@@ -52,6 +52,33 @@ pub struct Options {
     pub walk: Walk,
     /// In which order.
     pub order: RayOrder,
+    /// Through which boxes.
+    pub boxes: Boxes,
+}
+
+/// Through which boxes of a tree that keeps both: either gives the same hits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Boxes {
+    /// Oriented where they cost less.
+    #[default]
+    Mixed,
+    /// Axis-aligned ones, where the tree has kept them: turning a ray may take longer than what it saves.
+    AxisAligned,
+}
+
+impl Boxes {
+    /// As reports have it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mixed => "mixed",
+            Self::AxisAligned => "axis-aligned",
+        }
+    }
+
+    /// Those that `bvh` has.
+    pub fn of(bvh: &Bvh) -> &'static [Self] {
+        if bvh.axis_aligned.is_some() { &[Self::Mixed, Self::AxisAligned] } else { &[Self::Mixed] }
+    }
 }
 
 /// In which order rays are taken. Either gives the same hits, in the order of the rays.
@@ -201,6 +228,10 @@ fn record(rec: &mut Recorder, bvh: &Bvh, batch: &Batch, options: Options) -> Res
     let device = rec.device().clone();
     let shape = device.shape();
     let items = if options.walk == Walk::Refill { shape.refill } else { 1 };
+    let (nodes, oriented) = match (options.boxes, &bvh.axis_aligned) {
+        (Boxes::AxisAligned, Some(nodes)) => (nodes, false),
+        _ => (&bvh.nodes, bvh.oriented > 0),
+    };
     let constants = [
         (SPEC_WG, shape.trace_workgroup),
         (SPEC_ITEMS, items),
@@ -211,7 +242,7 @@ fn record(rec: &mut Recorder, bvh: &Bvh, batch: &Batch, options: Options) -> Res
         (SPEC_ROBUST, (options.precision == Precision::Robust).into()),
         (SPEC_FEW, shape.persistent_few),
         (SPEC_ORDERED, (options.order == RayOrder::Sorted).into()),
-        (SPEC_ORIENTED, (bvh.oriented > 0).into()),
+        (SPEC_ORIENTED, oriented.into()),
     ];
     let order = match options.order {
         RayOrder::AsGiven => Ptr::new(0),
@@ -228,7 +259,7 @@ fn record(rec: &mut Recorder, bvh: &Bvh, batch: &Batch, options: Options) -> Res
     };
     let args = TraceArgs {
         rays: batch.rays.ptr(),
-        nodes: bvh.nodes.ptr(),
+        nodes: nodes.ptr(),
         triangles: bvh.triangles.ptr().cast(),
         hits: batch.hits.ptr_mut(),
         tests: batch.tests.as_ref().map_or(PtrMut::new(0), Buffer::ptr_mut),

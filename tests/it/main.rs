@@ -2,6 +2,7 @@
 
 mod adversarial;
 mod assisted;
+mod auto;
 mod bench;
 mod binned;
 mod boxes;

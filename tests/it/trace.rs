@@ -13,7 +13,7 @@ use boxwood::oracle::morton::Space;
 use boxwood::oracle::reference::Reference;
 use boxwood::oracle::trace::Tree;
 use boxwood::scene::Scene;
-use boxwood::trace::{Batch, Options, Precision, Query, RayOrder, Walk, trace};
+use boxwood::trace::{Batch, Boxes, Options, Precision, Query, RayOrder, Walk, trace};
 use std::sync::Arc;
 
 const CLOSEST: Options = Options {
@@ -21,6 +21,7 @@ const CLOSEST: Options = Options {
     precision: Precision::Robust,
     walk: Walk::Single,
     order: RayOrder::AsGiven,
+    boxes: Boxes::Mixed,
 };
 const ANY: Options = Options { query: Query::Any, ..CLOSEST };
 const REFILL: Options = Options { walk: Walk::Refill, ..CLOSEST };
