@@ -229,7 +229,7 @@ impl Presets {
         };
         let radius = r.radius.ok_or_else(missing("radius"))?;
         let oriented_cost = r.oriented_cost.ok_or_else(missing("oriented-cost"))?;
-        let local_search = r.local_search.ok_or_else(missing("local-search"))?;
+        let local_search = r.local_search.unwrap_or_default();
         let recipe =
             Recipe { builder: method.builder, morton, radius, collapse, fit, oriented_cost, local_search };
         recipe.check().map_err(|e| wrong("a value", e.to_string(), "see `boxwood build --help`"))?;
