@@ -230,7 +230,7 @@ impl Presets {
         };
         let radius = r.radius.ok_or_else(missing("radius"))?;
         let oriented_cost = r.oriented_cost.ok_or_else(missing("oriented-cost"))?;
-        let local_search = r.local_search.ok_or_else(missing("local-search"))?;
+        let local_search = r.local_search.unwrap_or_default();
         let generator = match r.bases {
             None => Generator::default(),
             Some(bases) => Generator::ALL

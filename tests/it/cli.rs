@@ -229,6 +229,24 @@ fn builders_and_codes_go_by_their_names() {
 }
 
 #[test]
+fn fits_are_tabled() {
+    let folder = Folder::new();
+    let out = folder.run(&["fits", "--sets", "1", "--local-search", "6", "--json"]);
+    let report: Value = serde_json::from_slice(&out.stdout).unwrap();
+    assert_eq!((&report["sets"], &report["local_search"]), (&1.into(), &6.into()));
+    let row = |method: &str| {
+        let rows = report["rows"].as_array().unwrap();
+        rows.iter().find(|r| r["set"] == "flat quad" && r["method"] == method).unwrap()["mean"]
+            .as_f64()
+            .unwrap()
+    };
+    assert!(row("dito14") < 1e-3 && row("aabb") > 1.0);
+    let table = String::from_utf8(folder.run(&["fits", "--sets", "1", "-q"]).stdout).unwrap();
+    // Head, line, fifteen kinds, means.
+    assert_eq!(table.lines().count(), 18, "{table}");
+}
+
+#[test]
 fn devices_names_the_one_in_use() {
     let out = Folder::new().run(&["devices", "--json"]);
     let json: Value = serde_json::from_slice(&out.stdout).unwrap();
