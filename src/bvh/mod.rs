@@ -288,7 +288,10 @@ fn run(
 /// Turns the boxes of nodes as the recipe says.
 fn orient(build: &mut Build<'_>, bvh: &mut Bvh) -> Result<()> {
     let (fit, scene) = (build.recipe.fit, build.scene);
-    let trials = build.on_host("orientation", || auto::trials(fit, &scene.sample));
+    let trials = match fit.asks_the_scene() {
+        true => build.on_host("orientation", || auto::trials(fit, &scene.sample)),
+        false => auto::trials(fit, &[]),
+    };
     build.explain.extend(trials.why);
     let bases = trials.bases.iter().any(|words| frame::is_oriented(*words));
     if fit == Fit::Auto && (bases || trials.points.is_some()) {

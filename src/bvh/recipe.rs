@@ -190,6 +190,11 @@ impl Fit {
         }
     }
 
+    /// Whether it depends on how the scene's triangles lie.
+    pub fn asks_the_scene(self) -> bool {
+        matches!(self, Self::Own(_) | Self::Hybrid | Self::Auto)
+    }
+
     /// The same with bases of another kind, where it has some of a degree.
     pub fn with_generator(self, generator: Generator) -> Self {
         match self {

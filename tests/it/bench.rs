@@ -72,7 +72,9 @@ fn rows(folder: &Folder, path: &str) -> BTreeMap<String, Value> {
     for line in fs::read_to_string(folder.path(path)).unwrap().lines().skip(1) {
         let mut row: Value = serde_json::from_str(line).unwrap();
         let fields = row.as_object_mut().unwrap();
-        for timed in ["build_ms", "build_wall_ms", "trace_ms", "kernel", "sorted", "kernels"] {
+        for timed in
+            ["build_ms", "build_wall_ms", "trace_ms", "kernel", "sorted", "boxes", "kernels", "cost_per_ray"]
+        {
             fields.remove(timed);
         }
         let key = ["row", "scene", "builder", "view", "set"].map(|k| fields.get(k).map(Value::to_string));
