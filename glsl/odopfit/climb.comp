@@ -15,56 +15,75 @@ layout(constant_id = SPEC_BASES) const uint BASES = 2;
 vec3 rodrigues[BASES];
 Frame frames[BASES];
 // Of the node at hand.
-Aabb below[WIDTH][BASES];
 Aabb own[BASES];
 float costs[BASES];
 
-void take_in_leaf(uint k, Range range) {
-    [[unroll]] for (uint b = 0; b < BASES; ++b) below[k][b] = NOWHERE;
-    for (uint place = range.first; place < range.first + range.count; ++place) {
-        PackedTriangle triangle = LOAD_PackedTriangle(triangles, place);
-        precise vec3 x = triangle.a - args.anchor, y = triangle.b - args.anchor, z = triangle.c - args.anchor;
-        [[unroll]] for (uint b = 0; b < BASES; ++b) {
-            take_in(below[k][b], within(frames[b], x));
-            take_in(below[k][b], within(frames[b], y));
-            take_in(below[k][b], within(frames[b], z));
-        }
-    }
+void take_in(inout Aabb box, Frame frame, PackedTriangle triangle) {
+    precise vec3 x = triangle.a - args.anchor, y = triangle.b - args.anchor, z = triangle.c - args.anchor;
+    take_in(box, within(frame, x));
+    take_in(box, within(frame, y));
+    take_in(box, within(frame, z));
 }
 
-// The boxes of the node's children, its own, and what it is expected to cost.
+// The node's box, and what it is expected to cost.
 void gather(uvec4 children) {
     [[unroll]] for (uint b = 0; b < BASES; ++b) {
         own[b] = NOWHERE;
         costs[b] = 0.0;
     }
-    [[unroll]] for (uint k = 0; k < WIDTH; ++k) {
+    for (uint k = 0; k < WIDTH && children[k] != INVALID; ++k) {
         uint child = children[k];
-        if (child != INVALID) {
-            Range range = leaf_range(child);
-            if (child < LEAF_BIT) {
-                [[unroll]] for (uint b = 0; b < BASES; ++b) below[k][b] = LOAD_Aabb(boxes, BASES * child + b);
-            } else {
-                take_in_leaf(k, range);
+        Range range = leaf_range(child);
+        Aabb below[BASES];
+        if (child < LEAF_BIT) {
+            [[unroll]] for (uint b = 0; b < BASES; ++b) below[b] = LOAD_Aabb(boxes, BASES * child + b);
+        } else {
+            [[unroll]] for (uint b = 0; b < BASES; ++b) below[b] = NOWHERE;
+            for (uint place = range.first; place < range.first + range.count; ++place) {
+                PackedTriangle triangle = LOAD_PackedTriangle(triangles, place);
+                [[unroll]] for (uint b = 0; b < BASES; ++b) take_in(below[b], frames[b], triangle);
             }
-            float visit = cost_of_visit(child, range.count);
-            [[unroll]] for (uint b = 0; b < BASES; ++b) {
-                own[b] = merged(own[b], below[k][b]);
-                precise float sum = costs[b] + visit * half_area(below[k][b]);
-                costs[b] = sum;
-            }
+        }
+        float visit = cost_of_visit(child, range.count);
+        [[unroll]] for (uint b = 0; b < BASES; ++b) {
+            own[b] = merged(own[b], below[b]);
+            precise float sum = costs[b] + visit * half_area(below[b]);
+            costs[b] = sum;
         }
     }
 }
 
+// Once more the children's boxes, in the frame that is kept. Tried holding them all: 4 to 8 times as long on lavapipe, for
+// want of registers.
+void keep(uint node, uvec4 children, uint best) {
+    PAIR words = P(bases).at[args.first + best];
+    P(chosen).at[node] = words;
+    Frame frame = frame_of(rodrigues_of(words_of(words)));
+    for (uint k = 0; k < WIDTH && children[k] != INVALID; ++k) {
+        Aabb box = NOWHERE;
+        if (children[k] < LEAF_BIT) {
+            box = LOAD_Aabb(boxes, BASES * children[k] + best);
+        } else {
+            Range range = leaf_range(children[k]);
+            for (uint place = range.first; place < range.first + range.count; ++place) {
+                take_in(box, frame, LOAD_PackedTriangle(triangles, place));
+            }
+        }
+        P(extents).at[4 * node + k] = OrderedBounds(uvec3(ordered(box.lo.x), ordered(box.lo.y), ordered(box.lo.z)),
+                                                    uvec3(ordered(box.hi.x), ordered(box.hi.y), ordered(box.hi.z)));
+    }
+}
+
 void choose(uint node, uvec4 children) {
-    float least = P(least).at[node];
+    float least;
     if (args.first == 0) {
         precise float dearer = (args.oriented_cost - args.node_cost) * half_area(own[0]);
         precise float along_axes = costs[0] - dearer;
         least = along_axes;
         P(least).at[node] = least;
         P(chosen).at[node] = pair_of(uvec2(0));
+    } else {
+        least = P(least).at[node];
     }
     uint best = BASES;
     [[unroll]] for (uint b = 0; b < BASES; ++b) {
@@ -74,33 +93,9 @@ void choose(uint node, uvec4 children) {
             best = b;
         }
     }
-    if (best == BASES) return;
-    P(least).at[node] = least;
-    P(chosen).at[node] = P(bases).at[args.first + best];
-    [[unroll]] for (uint k = 0; k < WIDTH; ++k) {
-        Aabb box = below[k][0];
-        [[unroll]] for (uint b = 1; b < BASES; ++b) {
-            if (b == best) box = below[k][b];
-        }
-        if (children[k] != INVALID) {
-            P(extents).at[4 * node + k] = OrderedBounds(uvec3(ordered(box.lo.x), ordered(box.lo.y), ordered(box.lo.z)),
-                                                        uvec3(ordered(box.hi.x), ordered(box.hi.y), ordered(box.hi.z)));
-        }
-    }
-}
-
-void climb(uint node) {
-    uvec4 children = LOAD_Node(nodes, node).children;
-    if (inner_children(children) > 0) return;
-    for (;;) {
-        gather(children);
-        choose(node, children);
-        uint above = P(parents).at[node] / 4;
-        if (above == args.count) return;  // that was the root
-        [[unroll]] for (uint b = 0; b < BASES; ++b) STORE_Aabb(boxes, BASES * node + b, own[b])
-        node = above;
-        children = LOAD_Node(nodes, node).children;
-        if (!arrive_last(node, children)) return;
+    if (best < BASES) {
+        P(least).at[node] = least;
+        keep(node, children, best);
     }
 }
 
@@ -109,5 +104,31 @@ void main() {
         rodrigues[b] = rodrigues_of(words_of(P(bases).at[args.first + b]));
         frames[b] = frame_of(rodrigues[b]);
     }
-    FOR_ITEMS(i, args.count) climb(i);
+    uint next = group_index() * WG * ITEMS + gl_LocalInvocationID.x;
+    uint end = min((group_index() + 1) * WG * ITEMS, args.count);
+    uint node = INVALID;
+    // One loop for starting and for climbing: invocations whose climb is over don't wait for the others of their subgroup.
+    for (;;) {
+        uvec4 children;
+        if (node == INVALID) {
+            for (; next < end; next += WG) {
+                children = LOAD_Node(nodes, next).children;
+                if (inner_children(children) == 0) break;
+            }
+            if (next >= end) return;
+            node = next;
+            next += WG;
+        } else {
+            children = LOAD_Node(nodes, node).children;
+        }
+        gather(children);
+        choose(node, children);
+        uint above = P(parents).at[node] / 4;
+        if (above < args.count) {
+            [[unroll]] for (uint b = 0; b < BASES; ++b) STORE_Aabb(boxes, BASES * node + b, own[b])
+            node = arrive_last(above, LOAD_Node(nodes, above).children) ? above : INVALID;
+        } else {
+            node = INVALID;  // that was the root
+        }
+    }
 }

@@ -91,7 +91,7 @@ pub(super) fn orient(build: &mut Build<'_>, bvh: &mut Bvh, slots: &Slots, points
     build.run(rec)?;
     let gained = pack(build, bvh, &choice)?;
     build.note(format!(
-        "orient: {} of {nodes} nodes oriented, {gained} by frames of their own; {wanted} tried",
+        "orient: {} of {nodes} nodes oriented, {gained} of them now; {wanted} tried",
         bvh.oriented
     ));
     Ok(())

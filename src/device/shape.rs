@@ -25,7 +25,7 @@ pub struct Shape {
     pub search_in_registers: bool,
     /// Triangles that an invocation of `orient/refit` takes.
     pub refit_items: u32,
-    /// Bases whose boxes `odopfit/climb` takes up the tree together: an invocation holds 30 floats of each.
+    /// Bases whose boxes `odopfit/climb` takes up the tree together: an invocation holds 25 floats of each.
     pub bases: u32,
     /// Rays that an invocation of `trace/refill` takes, one after the other.
     pub refill: u32,
