@@ -63,7 +63,7 @@ fn what_lies_all_ways_has_many() {
 #[test]
 fn a_sample_stays_small() {
     let city = named("city:200k");
-    assert_eq!(sample(&city).len(), 1 << 14);
+    assert_eq!(sample(&city).len(), 1 << 13);
     let few = named("city:2k");
     assert_eq!(sample(&few), (0..few.triangles.len()).map(|i| few.corners(i)).collect::<Vec<_>>());
 }
