@@ -172,7 +172,7 @@ impl From<&Verdict> for Check {
 enum Line {
     Header(Header),
     Build(Box<BuildRow>),
-    Rays(RayRow),
+    Rays(Box<RayRow>),
 }
 
 /// A file of rows that can't be used.
@@ -291,7 +291,7 @@ impl Rows {
             (1, _) => return Err(wrong("it does not begin with what was measured".into())),
             (_, Line::Header(_)) => return Err(wrong("a second beginning".into())),
             (_, Line::Build(row)) => self.builds.push(*row),
-            (_, Line::Rays(row)) => self.rays.push(row),
+            (_, Line::Rays(row)) => self.rays.push(*row),
         }
         Ok(())
     }
@@ -322,10 +322,10 @@ impl Rows {
     /// # Errors
     /// [`RowsError::Io`].
     pub fn push_rays(&mut self, row: RayRow) -> Result<()> {
-        let line = Line::Rays(row);
+        let line = Line::Rays(Box::new(row));
         self.write(&line)?;
         if let Line::Rays(row) = line {
-            self.rays.push(row);
+            self.rays.push(*row);
         }
         Ok(())
     }
