@@ -6,7 +6,7 @@
 use crate::gpu::quiet;
 use crate::soup::{grid, random, scene};
 use boxwood::abi::Ray;
-use boxwood::bvh::{self, Bases, Builder, Collapse, Fit, Generator, Morton, Recipe, SceneBuffers};
+use boxwood::bvh::{self, Builder, Collapse, Morton, Recipe, SceneBuffers};
 use boxwood::device::Timing;
 use boxwood::trace::{Batch, Options, Query, Walk, trace};
 
@@ -14,14 +14,11 @@ use boxwood::trace::{Batch, Options, Query, Walk, trace};
 fn builds() {
     let device = quiet();
     let recipe = Recipe::default();
-    let bases = Bases { generator: Generator::Grid, degree: 2 };
     for (corners, recipe) in [
         (random(2100, 0.1, 1), recipe),
         (grid(300), Recipe { morton: Morton::Bits63, radius: 33, ..recipe }),
         (random(300, 0.1, 4), Recipe { builder: Builder::Lbvh, morton: Morton::Ext7, ..recipe }),
         (random(300, 0.1, 5), Recipe { builder: Builder::Binned, morton: Morton::Ext4, ..recipe }),
-        (random(300, 0.1, 6), Recipe { builder: Builder::Odop(bases), memory: 100_000, ..recipe }),
-        (random(300, 0.1, 7), Recipe { fit: Fit::Hybrid, oriented_cost: 5.0, local_search: 3, ..recipe }),
         (random(5, 0.5, 2), Recipe { collapse: Collapse { node_cost: 1e6, ..recipe.collapse }, ..recipe }),
     ] {
         let buffers = SceneBuffers::upload(&device, &scene(&corners)).unwrap();
