@@ -66,21 +66,33 @@ fn args<'a>(more: &[&'a str]) -> Vec<&'a str> {
     ARGS.into_iter().chain(["--presets", "presets.toml"]).chain(more.iter().copied()).collect()
 }
 
-/// The rows of a file by what they are about, without times and what hangs on times.
+/// The rows of a file by what they are about, without times and what hangs on times; what a ray costs follows from the
+/// costs in the file's first line.
 fn rows(folder: &Folder, path: &str) -> BTreeMap<String, Value> {
     let mut rows = BTreeMap::new();
-    for line in fs::read_to_string(folder.path(path)).unwrap().lines().skip(1) {
-        let mut row: Value = serde_json::from_str(line).unwrap();
+    let text = fs::read_to_string(folder.path(path)).unwrap();
+    let mut lines = text.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
+    let costs = lines.next().unwrap()["costs"].take();
+    for mut row in lines {
         let fields = row.as_object_mut().unwrap();
-        for timed in
-            ["build_ms", "build_wall_ms", "trace_ms", "kernel", "sorted", "boxes", "kernels", "cost_per_ray"]
-        {
+        if let Some(per_ray) = fields.remove("cost_per_ray") {
+            assert_costs(&per_ray, &fields["tests"], &costs, &fields["rays"]);
+        }
+        for timed in ["build_ms", "build_wall_ms", "trace_ms", "kernel", "sorted", "kernels"] {
             fields.remove(timed);
         }
         let key = ["row", "scene", "builder", "view", "set"].map(|k| fields.get(k).map(Value::to_string));
         assert!(rows.insert(format!("{key:?}"), row).is_none(), "twice: {key:?}");
     }
     rows
+}
+
+/// `per_ray` is what `tests` of `rays` rays cost in the mean.
+fn assert_costs(per_ray: &Value, tests: &Value, costs: &Value, rays: &Value) {
+    let cost = |test: &str| tests[test].as_f64().unwrap() * costs[test].as_f64().unwrap();
+    let sum = cost("boxes") + cost("oriented") + cost("triangles");
+    let expected = sum / rays.as_f64().unwrap();
+    assert!((per_ray.as_f64().unwrap() / expected - 1.0).abs() < 1e-12, "{per_ray} for {expected}");
 }
 
 #[test]
@@ -96,11 +108,7 @@ fn bench_writes_its_tables() {
     for row in rays {
         assert!(row["rays"].as_u64().unwrap() > 0 && row["check"]["rays"].as_u64().unwrap() > 0, "{row}");
         assert!(row["trace_ms"]["median"].as_f64().unwrap() > 0.0, "{row}");
-        let cost =
-            |tests: &str| row["tests"][tests].as_f64().unwrap() * json["costs"][tests].as_f64().unwrap();
-        let sum = cost("boxes") + cost("oriented") + cost("triangles");
-        let per_ray = sum / row["rays"].as_f64().unwrap();
-        assert!((row["cost_per_ray"].as_f64().unwrap() / per_ray - 1.0).abs() < 1e-12, "{row}");
+        assert_costs(&row["cost_per_ray"], &row["tests"], &json["costs"], &row["rays"]);
     }
     for row in builds {
         let [of, aabb] = ["cost", "aabb_cost"].map(|key| row["tight"][key].as_f64().unwrap());
