@@ -12,8 +12,11 @@ vec3 turned(Frame f, vec3 p) {
                 fma(f.z.x, p.x, fma(f.z.y, p.y, f.z.z * p.z)));
 }
 
+bool in_frame(Node n) { return ORIENTED != 0 && (n.exponents & ORIENTED_BIT) != 0u; }
+
 // Takes the ray into a frame: its t stays. Nodes that follow each other often share theirs.
 void turn(inout Setup s, uvec2 frame) {
+    if (frame == s.frame) return;
     vec3 r = rodrigues_of(frame);
     Frame f = frame_of(r);
     vec3 o = turned(f, s.moved);
@@ -24,10 +27,10 @@ void turn(inout Setup s, uvec2 frame) {
     s.frame = frame;
 }
 
-ivec4 meet_children(inout Setup s, Node n, float t_max) {
+// Where the node has a frame, the ray must have been turned into it.
+ivec4 meet_children(Setup s, Node n, float t_max) {
     vec3 inverse = s.inverse, from_near = s.near, from_far = s.far;
-    if (ORIENTED != 0 && is_oriented(n.frame)) {
-        if (n.frame != s.frame) turn(s, n.frame);
+    if (in_frame(n)) {
         inverse = s.turned_inverse;
         from_near = s.turned_near;
         from_far = s.turned_far;
@@ -67,6 +70,6 @@ uint children_of(Node n) {
 }
 
 void count_boxes(inout Tests tests, Node n) {
-    if (ORIENTED != 0 && is_oriented(n.frame)) tests.oriented += children_of(n);
+    if (in_frame(n)) tests.oriented += children_of(n);
     else tests.boxes += children_of(n);
 }

@@ -37,7 +37,7 @@ void main() {
         }
         uvec3 exponents = step_exponents(box);
         vec3 steps = steps_of(exponents);
-        uint packed_exponents = exponents.x | exponents.y << 8 | exponents.z << 16;
+        uint packed_exponents = exponents.x | exponents.y << 8 | exponents.z << 16 | ORIENTED_BIT;
         Node oriented = Node(box.lo, packed_exponents, uvec3(0), uvec3(0), n.children, words);
         [[unroll]] for (uint k = 0; k < WIDTH; ++k) {
             uvec3 lo = uvec3(255), hi = uvec3(0);

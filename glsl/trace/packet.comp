@@ -9,9 +9,9 @@
 layout(constant_id = SPEC_STACK) const uint STACK = 64;
 
 void main() {
-    uint turn = first_ray(1);
-    bool in_range = turn < args.count;
-    uint ray = ray_at(min(turn, args.count - 1));
+    uint index = first_ray(1);
+    bool in_range = index < args.count;
+    uint ray = ray_at(min(index, args.count - 1));
     Setup s = prepare(LOAD_Ray(rays, ray));
     bool active_ray = in_range && s.valid;
     Nearest nearest = Nearest(active_ray ? s.t_max : uintBitsToFloat(0xff800000u), INVALID, vec2(0.0));
@@ -24,6 +24,7 @@ void main() {
     while (node != INVALID) {
         if (node < LEAF_BIT) {
             Node n = shared_node(node);
+            if (in_frame(n)) turn(s, n.frame);
             ivec4 keys = meet_children(s, n, nearest.t);
             if (COUNT != 0 && active_ray) count_boxes(tests, n);
             // The child that some ray meets first goes first.

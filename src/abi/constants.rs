@@ -21,6 +21,8 @@ constants! {
     RAW_MASK = 0x0fff_ffff;
     /// Children of a packed node.
     WIDTH = 4;
+    /// Set in a packed node's exponents: its boxes lie in its frame. So that a ray fetches no frame where there is none.
+    ORIENTED_BIT = 0x0100_0000;
     /// Set in a raw node's choices: the packed tree keeps it.
     KEPT_BIT = 0x40;
     /// Words of a triangle in a packed tree: nine coordinates and the input index.

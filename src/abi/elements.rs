@@ -105,7 +105,7 @@ abi! {
     struct Node {
         /// Least corner of the node's box, unit space; of an oriented node in its frame.
         origin: [f32; 3],
-        /// Exponents + 127 of x, y, z in the low three bytes.
+        /// Exponents + 127 of x, y, z in the low three bytes; [`ORIENTED_BIT`] where there is a frame.
         exponents: u32,
         /// Least planes of the children, child k's in byte k; 255 where there is none.
         lo: [u32; 3],

@@ -21,6 +21,8 @@ const ROUNDS: usize = 3;
 const HOPELESS: f64 = 1.25;
 /// Share of the time that a sort must save: less is noise.
 const LEAST_GAIN: f64 = 0.03;
+/// Share that a tree's axis-aligned boxes must save: the mixed ones were chosen for fewer tests, weighted by their costs.
+const LEAST_GAIN_OF_BOXES: f64 = 0.02;
 
 /// How long a walk took.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,9 +49,15 @@ pub struct Choice {
 }
 
 impl Choice {
-    /// The fastest trial with rays in `order`.
+    /// The fastest trial with rays in `order`, with axis-aligned boxes only where those gain more than noise would.
     pub fn fastest(&self, order: RayOrder) -> Option<&Trial> {
-        self.trials.iter().filter(|t| t.order == order).min_by(|a, b| a.ms.total_cmp(&b.ms))
+        let of = |boxes| {
+            let trials = self.trials.iter().filter(move |t| t.order == order && t.boxes == boxes);
+            trials.min_by(|a, b| a.ms.total_cmp(&b.ms))
+        };
+        let (mixed, aligned) = (of(Boxes::Mixed), of(Boxes::AxisAligned));
+        let pays = |a: &&Trial| mixed.is_none_or(|m| a.ms <= m.ms * (1.0 - LEAST_GAIN_OF_BOXES));
+        aligned.filter(pays).or(mixed)
     }
 
     /// Takes the fastest, sorted rays only where that gains more than noise would.
@@ -138,12 +146,29 @@ fn try_all(
 mod tests {
     use super::*;
 
-    fn decided(trials: &[(Walk, RayOrder, f64)]) -> (Walk, RayOrder) {
-        let trials =
-            trials.iter().map(|&(walk, order, ms)| Trial { walk, order, boxes: Boxes::Mixed, ms }).collect();
+    fn after(trials: Vec<Trial>) -> Options {
         let mut choice = Choice { options: Options::default(), rays: 1, trials };
         choice.decide();
-        (choice.options.walk, choice.options.order)
+        choice.options
+    }
+
+    fn decided(trials: &[(Walk, RayOrder, f64)]) -> (Walk, RayOrder) {
+        let trial = |&(walk, order, ms)| Trial { walk, order, boxes: Boxes::Mixed, ms };
+        let options = after(trials.iter().map(trial).collect());
+        (options.walk, options.order)
+    }
+
+    #[test]
+    fn axis_aligned_boxes_only_where_they_pay() {
+        use Boxes::{AxisAligned, Mixed};
+        let decided = |trials: &[(Boxes, f64)]| {
+            let (walk, order) = (Walk::Single, RayOrder::AsGiven);
+            after(trials.iter().map(|&(boxes, ms)| Trial { walk, order, boxes, ms }).collect()).boxes
+        };
+        assert_eq!(decided(&[(AxisAligned, 90.0), (Mixed, 100.0)]), AxisAligned);
+        assert_eq!(decided(&[(AxisAligned, 99.0), (Mixed, 100.0)]), Mixed, "within the noise");
+        assert_eq!(decided(&[(AxisAligned, 100.0), (Mixed, 70.0)]), Mixed);
+        assert_eq!(decided(&[(AxisAligned, 100.0)]), AxisAligned, "nothing else there");
     }
 
     #[test]

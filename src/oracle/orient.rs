@@ -3,7 +3,7 @@
 use super::dito::{Slot, corners, extent, fit};
 use super::layout::{planes, step_exponent};
 use super::morton::reciprocal;
-use crate::abi::{Aabb, INVALID, LEAF_BIT, Node};
+use crate::abi::{Aabb, INVALID, LEAF_BIT, Node, ORIENTED_BIT};
 use crate::bvh::frame::{Frame, is_oriented};
 use crate::bvh::raw::{half_area, merged};
 use crate::bvh::{Child, HostTree, Recipe};
@@ -127,7 +127,7 @@ impl Costs {
         let exponents: [u32; 3] = std::array::from_fn(|k| step_exponent(bounds.lo[k], bounds.hi[k]));
         let mut oriented = Node {
             origin: bounds.lo,
-            exponents: exponents[0] | exponents[1] << 8 | exponents[2] << 16,
+            exponents: exponents[0] | exponents[1] << 8 | exponents[2] << 16 | ORIENTED_BIT,
             lo: [u32::MAX; 3],
             hi: [0; 3],
             frame: words,

@@ -2,8 +2,8 @@
 //! takes from integers are taken from f64 here, in which a product of two f32 is exact.
 
 use super::morton::Space;
-use crate::abi::{Hit, INVALID, LEAF_BIT, Node, Ray, TRIANGLE_WORDS, Tests};
-use crate::bvh::frame::{Frame, is_oriented};
+use crate::abi::{Hit, INVALID, LEAF_BIT, Node, ORIENTED_BIT, Ray, TRIANGLE_WORDS, Tests};
+use crate::bvh::frame::Frame;
 use crate::bvh::raw::{greatest_of, least_of};
 use crate::bvh::{Child, HostTree};
 use glam::Vec3;
@@ -132,10 +132,14 @@ fn turn(s: &Setup, f: &Frame) -> Setup {
     }
 }
 
+fn in_frame(n: &Node) -> bool {
+    n.exponents & ORIENTED_BIT != 0
+}
+
 /// What sorts the children of a node: the bits of the t where the ray enters, the low two the child's number.
 fn meet_children(s: &Setup, n: &Node, t_max: f32) -> [i32; 4] {
     let turned;
-    let s = if is_oriented(n.frame) {
+    let s = if in_frame(n) {
         turned = turn(s, &Frame::of(n.frame));
         &turned
     } else {
@@ -318,7 +322,7 @@ impl Tree<'_> {
             }
             let n = &self.tree.nodes[node as usize];
             let boxes = n.children.iter().filter(|child| **child != INVALID).count() as u32;
-            *(if is_oriented(n.frame) { &mut tests.oriented } else { &mut tests.boxes }) += boxes;
+            *(if in_frame(n) { &mut tests.oriented } else { &mut tests.boxes }) += boxes;
             let mut keys = meet_children(s, n, nearest.t);
             keys.sort_unstable();
             let met = keys.iter().rev().filter(|key| **key < MISSED);

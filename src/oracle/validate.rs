@@ -3,7 +3,7 @@
 //! Every triangle that can be hit lies in one leaf, and no other does; leaves hold at most what was asked for; boxes
 //! contain every triangle below them; every node is reached once; the claimed depth and cost can be true.
 
-use crate::abi::{Aabb, INVALID, TRIANGLE_WORDS};
+use crate::abi::{Aabb, INVALID, ORIENTED_BIT, TRIANGLE_WORDS};
 use crate::bvh::frame::is_oriented;
 use crate::bvh::{Bvh, Child, Collapse, HostTree, Volume};
 use crate::scene::Scene;
@@ -118,6 +118,9 @@ pub enum Invalid {
         /// The first.
         first: usize,
     },
+    /// A node whose exponents say that it has a frame, and it hasn't, or the other way round.
+    #[error("node {0}: its frame and what its exponents say of it are at odds")]
+    Frame(u32),
     /// A leaf of too many triangles.
     #[error("node {node}: a leaf of {count} triangles, where {max_leaf} are the most")]
     LeafSize {
@@ -297,6 +300,9 @@ impl<'a> Walk<'a> {
         let node = node.ok_or(Invalid::NoSuchNode { parent, child: index, nodes })?;
         if std::mem::replace(&mut self.reached[index as usize], true) {
             return Err(Invalid::Twice(index));
+        }
+        if (node.exponents & ORIENTED_BIT != 0) != is_oriented(node.frame) {
+            return Err(Invalid::Frame(index));
         }
         // Before its children: no path is longer than there are levels, whatever the tree.
         self.stats.depth = self.stats.depth.max(level + 1);

@@ -1,7 +1,7 @@
 #![allow(clippy::unwrap_used)]
 
 use super::*;
-use crate::abi::{LEAF_BIT, Node};
+use crate::abi::{LEAF_BIT, Node, ORIENTED_BIT};
 
 /// Bits of a leaf reference for its count less one.
 const LEAF_BITS: u32 = 1;
@@ -113,6 +113,8 @@ fn references() {
         after(|_, t, _| t.nodes.push(t.nodes[0])),
         Err(I::Unreached { unreached: 1, nodes: 3, first: 2 })
     );
+    assert_eq!(after(|_, t, _| t.nodes[1].exponents |= ORIENTED_BIT), Err(I::Frame(1)));
+    assert_eq!(after(|_, t, _| t.nodes[1].frame = [1, 0]), Err(I::Frame(1)));
     assert_eq!(after(|_, _, c| c.collapse.max_leaf = 1), Err(I::LeafSize { node: 1, count: 2, max_leaf: 1 }));
     assert_eq!(
         after(|_, t, _| t.nodes[1].children[1] = leaf(3, 2)),
