@@ -12,6 +12,7 @@ mod rows;
 mod run;
 mod size;
 mod stats;
+mod topology;
 mod traces;
 mod volumes;
 
@@ -26,6 +27,7 @@ pub use rows::{BuildRow, Check, Header, RayRow, Rows, RowsError};
 pub use run::{Open, Progress, run};
 pub use size::bytes_of;
 pub use stats::{Spread, settled};
+pub use topology::{Tried, try_recipes};
 pub use traces::{Counting, Protocol, TestTotals, Traced, trace_all};
 
 use crate::bvh::BuildError;

@@ -180,7 +180,7 @@ impl Pace {
 }
 
 /// Sums the tests of all rays, each walking alone: what the tree costs, whichever walk is fastest.
-fn count_tests(
+pub(super) fn count_tests(
     device: &Arc<Device>,
     bvh: &Bvh,
     rays: &[Ray],

@@ -1,7 +1,7 @@
 //! `--explain`: what was done and what was skipped, a sentence a line on stderr.
 
 use super::choices::SortName;
-use crate::bench::{Choice, Counting, Traced, Trial};
+use crate::bench::{Choice, Counting, Traced, Trial, Tried};
 use crate::bvh::Built;
 use crate::trace::{Boxes, Precision, Query, RayOrder, Walk};
 
@@ -10,6 +10,19 @@ pub(super) fn build(built: &Built) {
     for sentence in &built.explain {
         eprintln!("explain: {sentence}");
     }
+}
+
+/// What a sample of rays said of the trees that were tried.
+pub(super) fn sample(tried: &[Tried], rays: usize) {
+    let cost = |t: &Tried| {
+        let (builder, fit) = (t.recipe.builder.name(), t.recipe.fit.name());
+        format!("{builder} with boxes {fit}, {}: {:.1} ns", t.boxes.name(), t.cost_per_ray)
+    };
+    let costs: Vec<String> = tried.iter().map(cost).collect();
+    eprintln!(
+        "explain: sample: what {rays} rays cost each by their tests, the first tree kept: {}",
+        costs.join("; ")
+    );
 }
 
 /// What tracing did.

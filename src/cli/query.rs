@@ -5,11 +5,14 @@ use super::check::{self, Checks};
 use super::choices::{PrecisionName, RecipeArgs, ReportArgs, SceneArgs, SortName};
 use super::files::{self, Output, emit};
 use super::{Global, explain};
-use crate::bench::{Costs, Counting, KernelTime, Protocol, Traced, choose_walk, measure_builds, trace_all};
-use crate::bvh::{Bvh, SceneBuffers};
+use crate::abi::Ray;
+use crate::bench::{
+    Costs, Counting, KernelTime, Protocol, Traced, choose_walk, measure_builds, trace_all, try_recipes,
+};
+use crate::bvh::{Bvh, Fit, SceneBuffers};
 use crate::scene::Progress;
 use crate::trace::{Options, Query, RayOrder, Walk, is_coherent};
-use anyhow::Result;
+use anyhow::{Result, bail};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::path::PathBuf;
 
@@ -43,6 +46,10 @@ pub(super) struct Args {
     sort: SortName,
     #[command(flatten)]
     recipe: RecipeArgs,
+    /// With --builder auto: build other trees as well, top-down and by ODOP, and keep the one that N of the rays, spread
+    /// evenly, cost least, by tests counted. Times of the build are of that one alone.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    sample: Option<u32>,
     #[command(flatten)]
     report: ReportArgs,
 }
@@ -90,9 +97,24 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     let out = Output::new(&args.out)?;
     let json = args.report.json.as_deref().map(Output::new).transpose()?;
     let device = global.open_device()?;
-    let recipe = args.recipe.recipe(global, &device)?;
+    let mut recipe = args.recipe.recipe(global, &device)?;
+    if args.sample.is_some() && recipe.fit != Fit::Auto {
+        bail!("--sample chooses among trees, and the recipe names one: give --builder auto with it");
+    }
     let scene = global.open_scene(&args.scene)?;
     let buffers = SceneBuffers::upload(&device, &scene)?;
+    let query = if args.any { Query::Any } else { Query::Closest };
+    if let Some(most) = args.sample {
+        let sample: Vec<Ray> =
+            rays.iter().step_by(rays.len().div_ceil(most as usize).max(1)).copied().collect();
+        let options = Options { query, precision: args.precision.into(), ..Options::default() };
+        let costs = Costs::measured(&device, global.cache().as_deref())?;
+        let tried = try_recipes(&device, &buffers, &recipe, &sample, options, costs)?;
+        if args.report.explain {
+            explain::sample(&tried, sample.len());
+        }
+        recipe = tried.first().map_or(recipe, |best| best.recipe);
+    }
     let runs = args.report.runs as usize;
     let builds = measure_builds(&device, &buffers, &recipe, runs)?;
     drop(buffers);
@@ -102,7 +124,7 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
 
     let coherent = is_coherent(&rays, extent(bvh));
     let untried = Options {
-        query: if args.any { Query::Any } else { Query::Closest },
+        query,
         precision: args.precision.into(),
         walk: Walk::untried(&device, coherent),
         ..Options::default()

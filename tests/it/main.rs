@@ -33,4 +33,5 @@ mod shaders;
 mod sort;
 mod soup;
 mod strategies;
+mod topology;
 mod trace;
