@@ -395,6 +395,44 @@ abi! {
         /// Raw nodes.
         count: u32,
     }
+    @kernel "recut/whole"
+    struct RecutWholeArgs {
+        /// One a node; only choices change.
+        cuts: PtrMut<RawCut>,
+        /// Raw nodes.
+        count: u32,
+    }
+    @kernel "recut/climb"
+    struct RecutClimbArgs {
+        /// The binary tree as a packed one: node i is raw node i.
+        nodes: Ptr<Node>,
+        /// The binary tree.
+        raw: Ptr<RawNode>,
+        /// From `dito/parents`.
+        parents: Ptr<u32>,
+        /// From `dito/extremes`.
+        points: Ptr<Pair>,
+        /// From `dito/extremes`.
+        ranges: Ptr<Range>,
+        /// From `dito/fit`.
+        frames: Ptr<Pair>,
+        /// One a node: inner children that have arrived; all 0 before.
+        arrived: PtrShared<u32>,
+        /// Three a node, as [`Cluster::cost`].
+        costs: PtrShared<f32>,
+        /// One a node.
+        cuts: PtrMut<RawCut>,
+        /// One: node and cost change.
+        root: PtrMut<RawRoot>,
+        /// Raw nodes.
+        count: u32,
+        /// Cost of a packed node.
+        node_cost: f32,
+        /// Cost of a triangle test.
+        triangle_cost: f32,
+        /// Triangles that a leaf may hold.
+        max_leaf: u32,
+    }
     @kernel "layout/nodes"
     struct LayoutNodesArgs {
         /// The tree.
@@ -469,6 +507,8 @@ abi! {
         coordinates: PtrShared<f32>,
         /// One a slot.
         ranges: PtrShared<Range>,
+        /// k / 2 directions, three floats each, with SPEC_DIRECTIONS; else none.
+        directions: Ptr<f32>,
         /// Nodes.
         count: u32,
         /// Unit space is a triangle's corner − `anchor`.

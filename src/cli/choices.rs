@@ -2,11 +2,11 @@
 
 use super::Global;
 use crate::bench::{Costs, bytes_of};
-use crate::bvh::{Collapse, Fit, Generator, Method, Morton, Recipe};
+use crate::bvh::{Collapse, Directions, Fit, Generator, Method, Moment, Morton, Recipe};
 use crate::device::Device;
 use crate::scene::Transform;
 use crate::trace::{Precision, RayOrder};
-use anyhow::Result;
+use anyhow::{Result, bail};
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
 use std::path::PathBuf;
@@ -50,6 +50,39 @@ impl ValueEnum for Generator {
             Self::Uniform => "Random ones in the same cube",
             Self::Sphere => "Quarter turns about random axes",
             Self::Zone => "None, and others spread evenly over all orientations of a box",
+            Self::Dito(_) => "Those that pairs of the directions of this fit span: 30, 16, 90 and 16 at most",
+        }))
+    }
+}
+
+impl ValueEnum for Directions {
+    fn value_variants<'a>() -> &'a [Self] {
+        &Self::ALL
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(PossibleValue::new(self.name()).help(match self {
+            Self::Book => {
+                "To the corners of an icosahedron or a dodecahedron, or a cube's faces, corners and edges"
+            }
+            Self::Grid | Self::Uniform | Self::Sphere | Self::Zone => {
+                "Axes far apart of the eight bases that --bases has by this name"
+            }
+        }))
+    }
+}
+
+impl ValueEnum for Moment {
+    fn value_variants<'a>() -> &'a [Self] {
+        &Self::ALL
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(PossibleValue::new(self.name()).help(match self {
+            Self::Before => "By the builder's boxes",
+            Self::After => {
+                "By those that DiTO fits to the binary tree: takes longer, and several times the memory"
+            }
         }))
     }
 }
@@ -196,6 +229,9 @@ pub(super) struct RecipeArgs {
     /// Where the bases of odop1 to odop8 come from, those of the builder and of the boxes. Default: grid.
     #[arg(long, value_enum)]
     bases: Option<Generator>,
+    /// Directions in which DiTO looks for extremal points.
+    #[arg(long, value_enum, default_value_t = Recipe::default().directions)]
+    directions: Directions,
     /// Cost of visiting an oriented node, beside --node-cost: oriented boxes stay where they cost less. Default: 6; that of
     /// --costs measured.
     #[arg(long, value_name = "cO", value_parser = cost)]
@@ -203,6 +239,9 @@ pub(super) struct RecipeArgs {
     /// Evaluations of a local search for a smaller box after each fit by DiTO: 0–1024.
     #[arg(long, value_name = "N", default_value_t = Recipe::default().local_search, value_parser = clap::value_parser!(u32).range(0..=1024))]
     local_search: u32,
+    /// Whether leaves and nodes of four are chosen before or after boxes are fitted.
+    #[arg(long, value_enum, value_name = "MOMENT", default_value_t = Recipe::default().collapsed)]
+    collapse: Moment,
     /// Triangles that a leaf may hold: 1–64.
     #[arg(long, value_name = "N", default_value_t = Recipe::default().collapse.max_leaf, value_parser = clap::value_parser!(u32).range(1..=64))]
     max_leaf: u32,
@@ -227,12 +266,18 @@ impl RecipeArgs {
                 Recipe { collapse: Collapse { traversal_cost, triangle_cost, ..book.collapse }, ..book }
             }
         };
-        Ok(self.with_costs(priced))
+        let recipe = self.with_costs(priced);
+        if self.bases.is_some() && recipe.builder.bases().or(recipe.fit.bases()).is_none() {
+            bail!(
+                "--bases is for builders and fits that have some, odop1 to odop8: choose one of them, or leave it out"
+            );
+        }
+        Ok(recipe)
     }
 
     /// The same for the library, with the costs of `priced` where none are given.
     fn with_costs(&self, priced: Recipe) -> Recipe {
-        let Self { builder, morton, radius, local_search, max_leaf, memory, .. } = *self;
+        let Self { builder, morton, radius, directions, local_search, max_leaf, memory, .. } = *self;
         let node_cost = self.node_cost.unwrap_or(priced.collapse.node_cost);
         let collapse = Collapse { node_cost, max_leaf, ..priced.collapse };
         let oriented_cost = self.oriented_cost.unwrap_or(priced.oriented_cost);
@@ -240,7 +285,19 @@ impl RecipeArgs {
         if let Some(generator) = self.bases {
             (builder, fit) = (builder.with_generator(generator), fit.with_generator(generator));
         }
-        Recipe { builder, morton, radius, collapse, fit, oriented_cost, local_search, memory }
+        let collapsed = self.collapse;
+        Recipe {
+            builder,
+            morton,
+            radius,
+            collapse,
+            collapsed,
+            fit,
+            oriented_cost,
+            directions,
+            local_search,
+            memory,
+        }
     }
 }
 

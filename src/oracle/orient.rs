@@ -23,7 +23,7 @@ pub fn orient(tree: &mut HostTree, anchor: [f32; 3], points: u32, recipe: &Recip
     if tree.root == INVALID {
         return 0;
     }
-    let slots = fit(tree, anchor, points, recipe.local_search);
+    let slots = fit(tree, anchor, &recipe.directions.of(points), recipe.local_search);
     let costs = Costs::of(recipe);
     // Slot above each node.
     let mut above = vec![4 * tree.nodes.len(); tree.nodes.len()];
