@@ -1,7 +1,8 @@
-// One invocation ITEMS packed nodes: from each node without inner children the extremal points of its children's and its
-// own triangles climb as far as it is the last child to arrive. Writes points, ranges; hands them over there. Reads nodes,
-// triangles, parents, directions. Keeps: nobody waits, no barrier; the same points whatever the timing. Of leaves with few triangles
-// all corners are kept, for some may be extremal in no direction.
+// One invocation ITEMS packed nodes: from each node without inner children the extremal points of its children's and
+// its own triangles climb as far as it is the last child to arrive. Writes points, ranges; hands them over there. Reads
+// nodes, triangles, parents, directions. Keeps: nobody waits, no barrier; the same points whatever the timing. Of
+// leaves with few triangles all corners are kept, for some may be extremal in no direction. Of slots of more than
+// `most` triangles there are ranges alone.
 #include "lib/points.glsl"
 #include "lib/within.glsl"
 #include "lib/reference.glsl"
@@ -73,9 +74,11 @@ void climb(uint node) {
             uint slot = 4 * node + k;
             Range child;
             if (children[k] < LEAF_BIT) {
-                LOAD_POINTS(below, slot)
-                [[unroll]] for (uint i = 0; i < POINTS; ++i) below_at[i] = along_direction(i / 2, below[i]);
                 child = LOAD_Range(ranges, slot);
+                if (child.count <= args.most) {
+                    LOAD_POINTS(below, slot)
+                    [[unroll]] for (uint i = 0; i < POINTS; ++i) below_at[i] = along_direction(i / 2, below[i]);
+                }
             } else {
                 child = leaf_range(children[k]);
                 take_in_leaf(child.first, child.count, slot);
@@ -88,7 +91,7 @@ void climb(uint node) {
             range = Range(k == 0 ? child.first : min(range.first, child.first), range.count + child.count);
         }
         uint up = P(parents).at[node];
-        STORE_POINTS(own, up)
+        if (range.count <= args.most) STORE_POINTS(own, up)
         STORE_Range(ranges, up, range)
         node = up / 4;
         if (node == args.count) return;  // that was the root

@@ -1,7 +1,8 @@
-// One invocation ITEMS raw nodes, which are packed nodes of two children as well: from each node of two triangles the costs
-// of the cheapest cuts climb as far as it is the last child to arrive, by the lesser of two areas: of the axis-aligned box,
-// and of extremal points in the slot's frame. Writes cuts; costs, and hands them over there; at the root, root. Reads
-// nodes, raw, parents, points, ranges, frames. Keeps: nobody waits, no barrier; the same cuts whatever the timing.
+// One invocation ITEMS raw nodes, which are packed nodes of two children as well: from each node of two triangles the
+// costs of the cheapest cuts climb as far as it is the last child to arrive, by the lesser of two areas: of the axis-
+// aligned box, and, dearer, of extremal points in the slot's frame. Writes cuts; costs, and hands them over there; at
+// the root, root. Reads nodes, raw, parents, points, ranges, frames. Keeps: nobody waits, no barrier; the same cuts
+// whatever the timing.
 #include "lib/points.glsl"
 #include "lib/box.glsl"
 #include "lib/within.glsl"
@@ -23,7 +24,8 @@ float fitted_area(uint slot, Aabb box) {
         LOAD_POINTS(e, slot)
         Aabb extent = NOWHERE;
         [[unroll]] for (uint k = 0; k < POINTS; ++k) take_in(extent, within(f, e[k]));
-        area = least_of(unstretched(half_area(extent), r), area);
+        precise float oriented = unstretched(half_area(extent), r) * args.dearer;
+        area = least_of(oriented, area);
     }
     return area;
 }

@@ -432,6 +432,8 @@ abi! {
         triangle_cost: f32,
         /// Triangles that a leaf may hold.
         max_leaf: u32,
+        /// What an oriented node costs over an axis-aligned one.
+        dearer: f32,
     }
     @kernel "layout/nodes"
     struct LayoutNodesArgs {
@@ -511,6 +513,8 @@ abi! {
         directions: Ptr<f32>,
         /// Nodes.
         count: u32,
+        /// Triangles of a slot that has points, at most.
+        most: u32,
         /// Unit space is a triangle's corner − `anchor`.
         anchor: [f32; 3],
     }
@@ -524,6 +528,8 @@ abi! {
         frames: PtrMut<Pair>,
         /// Slots.
         slots: u32,
+        /// Triangles of a slot that has points, at most.
+        most: u32,
     }
     @kernel "dito/improve"
     struct DitoImproveArgs {
@@ -535,6 +541,8 @@ abi! {
         frames: PtrMut<Pair>,
         /// Slots.
         slots: u32,
+        /// Triangles of a slot that has points, at most.
+        most: u32,
         /// Boxes tried.
         evaluations: u32,
     }
@@ -550,6 +558,8 @@ abi! {
         arrived: PtrShared<u32>,
         /// Boxes of each node in the group's bases.
         boxes: PtrShared<Aabb>,
+        /// Triangles of each node, where `above` is more than 0.
+        counts: PtrShared<u32>,
         /// Words of the bases' frames; the first is none, as are those that fill up the last group.
         bases: Ptr<Pair>,
         /// Expected cost of each node in the best frame so far, less what an oriented node costs more.
@@ -562,6 +572,8 @@ abi! {
         count: u32,
         /// First basis of the group.
         first: u32,
+        /// Nodes of more triangles than this get a frame.
+        above: u32,
         /// Unit space is a triangle's corner − `anchor`.
         anchor: [f32; 3],
         /// Cost of visiting a node, c_N.
@@ -591,6 +603,8 @@ abi! {
         oriented: PtrMut<u32>,
         /// Nodes.
         count: u32,
+        /// Triangles of a node that may get a frame, at most.
+        most: u32,
         /// Cost of visiting a node, c_N.
         node_cost: f32,
         /// Cost of visiting an oriented node, c_O.

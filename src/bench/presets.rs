@@ -89,7 +89,7 @@ entry! {
     RecipeEntry ("builder") {
         builder: String, morton: String, radius: u32, traversal_cost: f32, node_cost: f32,
         triangle_cost: f32, max_leaf: u32, fit: String, oriented_cost: f32, local_search: u32, bases: String,
-        directions: String, collapse: String, memory: String,
+        directions: String, collapse: String, threshold: u32, memory: String,
     }
 }
 entry! {
@@ -266,6 +266,7 @@ impl Presets {
             collapse,
             collapsed,
             fit,
+            threshold: r.threshold,
             oriented_cost,
             directions,
             local_search,

@@ -54,7 +54,7 @@ fn generated_directions(build: &Build<'_>, points: u32) -> Result<Option<Buffer<
 }
 
 /// Finds the frame of every slot of `bvh` from `points` extremal points: 12, 14, 20 or 26; the recipe's local
-/// search refines it.
+/// search refines it. Of slots beyond the recipe's threshold only ranges are found.
 pub(super) fn fit(build: &mut Build<'_>, bvh: &Bvh, points: u32) -> Result<Slots> {
     let shape = build.device.shape().clone();
     let nodes = bvh.nodes.len();
@@ -69,6 +69,7 @@ pub(super) fn fit(build: &mut Build<'_>, bvh: &Bvh, points: u32) -> Result<Slots
         frames: build.buffer("dito.frames", slots)?,
     };
     let arrived = build.buffer::<u32>("dito.arrived", nodes)?;
+    let most = build.recipe.most_of_points();
     let directions = generated_directions(build, points)?;
     let tile = shape.workgroup * shape.items;
     let constants = [
@@ -97,6 +98,7 @@ pub(super) fn fit(build: &mut Build<'_>, bvh: &Bvh, points: u32) -> Result<Slots
             ranges: found.ranges.ptr_shared(),
             directions: directions.as_ref().map_or(Ptr::new(0), Buffer::ptr),
             count,
+            most,
             anchor: bvh.anchor,
         },
     )?;
@@ -109,6 +111,7 @@ pub(super) fn fit(build: &mut Build<'_>, bvh: &Bvh, points: u32) -> Result<Slots
             ranges: found.ranges.ptr(),
             frames: found.frames.ptr_mut(),
             slots: slots as u32,
+            most,
         },
     )?;
     let evaluations = build.recipe.local_search;
@@ -122,6 +125,7 @@ pub(super) fn fit(build: &mut Build<'_>, bvh: &Bvh, points: u32) -> Result<Slots
                 ranges: found.ranges.ptr(),
                 frames: found.frames.ptr_mut(),
                 slots: slots as u32,
+                most,
                 evaluations,
             },
         )?;

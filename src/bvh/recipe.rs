@@ -129,7 +129,8 @@ pub enum Moment {
     /// Before boxes are fitted: by the areas that the builder goes by.
     #[default]
     Before,
-    /// After DiTO has fitted boxes to the binary tree: by their areas, where those are smaller.
+    /// After DiTO has fitted boxes to the binary tree: by their areas, times what an oriented node costs over an
+    /// axis-aligned one, where that is less.
     After,
 }
 
@@ -266,6 +267,9 @@ pub struct Recipe {
     pub collapsed: Moment,
     /// Boxes.
     pub fit: Fit,
+    /// Of [`Fit::Hybrid`]: nodes of more triangles than this try bases only, the others DiTO only; none: all try both.
+    /// What a node doesn't try is not computed for it.
+    pub threshold: Option<u32>,
     /// Cost of visiting an oriented packed node, c_O, in the units of `collapse`; above 0. No less than `node_cost`.
     pub oriented_cost: f32,
     /// Directions of DiTO's extremal points; of no effect but where boxes are fitted by DiTO.
@@ -288,6 +292,7 @@ impl Default for Recipe {
             collapse,
             collapsed: Moment::Before,
             fit: Fit::Aabb,
+            threshold: None,
             oriented_cost: 6.0,
             directions: Directions::Book,
             local_search: 0,
@@ -297,6 +302,21 @@ impl Default for Recipe {
 }
 
 impl Recipe {
+    /// Triangles of a node that DiTO fits, at most.
+    pub(crate) fn most_of_points(&self) -> u32 {
+        self.threshold.unwrap_or(u32::MAX)
+    }
+
+    /// Nodes of more triangles than this are fitted to bases.
+    pub(crate) fn least_of_bases(&self) -> u32 {
+        self.threshold.unwrap_or(0)
+    }
+
+    /// What an oriented node costs over an axis-aligned one.
+    pub(crate) fn dearer(&self) -> f32 {
+        self.oriented_cost / self.collapse.node_cost
+    }
+
     /// Refuses values out of range.
     ///
     /// # Errors
@@ -317,6 +337,9 @@ impl Recipe {
         let all_bases = self.builder.bases().into_iter().chain(self.fit.bases());
         if let Some(bases) = all_bases.into_iter().find(|b| !b.is_in_range()) {
             return refuse("the degree of the bases", bases.degree.to_string(), bases.degrees());
+        }
+        if let Some(threshold) = self.threshold.filter(|_| self.fit != Fit::Hybrid) {
+            return refuse("the threshold", threshold.to_string(), "left out where the fit is not hybrid");
         }
         if self.collapsed == Moment::After && self.fit.points().is_none() {
             let range = "before where boxes are not fitted by dito12, dito14, dito20, dito26 or hybrid";

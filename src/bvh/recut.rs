@@ -1,5 +1,7 @@
 //! Collapse after the fit: the cuts of the binary tree are chosen anew by the areas of the boxes that DiTO fits to all its
-//! nodes and triangles, where the merges went by their own \[VEVERKOVA24 leaves the order open\].
+//! nodes and triangles, where the merges went by their own. \[VEVERKOVA24\] collapses before. The area of an oriented box
+//! counts as many times as an oriented node costs more: without that rotated city, hairball and tree (50k triangles) cost
+//! 0.1 to 1 % more, by the recipe's costs.
 //! The binary tree is laid out as a packed one of two children a node and fitted as such; of that nothing is kept but the
 //! cuts.
 
@@ -66,6 +68,7 @@ pub(super) fn choose(
             node_cost: collapse.node_cost,
             triangle_cost: collapse.triangle_cost,
             max_leaf: collapse.max_leaf,
+            dearer: build.recipe.dearer(),
         },
     )?;
     build.run(rec)?;

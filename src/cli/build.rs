@@ -52,6 +52,8 @@ pub(super) struct BuildReport {
     #[serde(skip_serializing_if = "Option::is_none")]
     oriented_cost: Option<f32>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    threshold: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     directions: Option<&'static str>,
     #[serde(skip_serializing_if = "Option::is_none")]
     local_search: Option<u32>,
@@ -111,6 +113,7 @@ impl BuildReport {
             bases: recipe.builder.bases().or(recipe.fit.bases()).map(|b| b.generator.name()),
             node_cost: recipe.collapse.node_cost,
             oriented_cost: (recipe.fit != Fit::Aabb).then_some(recipe.oriented_cost),
+            threshold: recipe.threshold,
             directions: recipe.fit.has_points().then_some(recipe.directions.name()),
             local_search: (recipe.local_search > 0).then_some(recipe.local_search),
             sah_costs: [recipe.collapse.traversal_cost, recipe.collapse.triangle_cost],

@@ -8,100 +8,8 @@ use crate::scene::Transform;
 use crate::trace::{Precision, RayOrder};
 use anyhow::{Result, bail};
 use clap::ValueEnum;
-use clap::builder::PossibleValue;
 use std::path::PathBuf;
 use std::sync::Arc;
-
-impl ValueEnum for Method {
-    fn value_variants<'a>() -> &'a [Self] {
-        Self::ALL
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(PossibleValue::new(self.name).help(self.what))
-    }
-}
-
-impl ValueEnum for Fit {
-    fn value_variants<'a>() -> &'a [Self] {
-        &Self::ALL
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(PossibleValue::new(self.name()).help(match self {
-            Self::Aabb => "Axis-aligned",
-            Self::Auto => "Of these what the scene needs, which rays take where they are faster",
-            Self::Dito(_) => "Oriented where that costs less, by DiTO from so many extremal points",
-            Self::Odop(_) => "Oriented where that costs less, in the best of D³ bases: see --bases",
-            Self::Own(_) => "Likewise, of up to 16 bases that most of the scene's triangles share",
-            Self::Hybrid => "Likewise, and by DiTO from 14 points where that costs less still",
-        }))
-    }
-}
-
-impl ValueEnum for Generator {
-    fn value_variants<'a>() -> &'a [Self] {
-        &Self::ALL
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(PossibleValue::new(self.name()).help(match self {
-            Self::Grid => "A grid of rotations, none among them",
-            Self::Uniform => "Random ones in the same cube",
-            Self::Sphere => "Quarter turns about random axes",
-            Self::Zone => "None, and others spread evenly over all orientations of a box",
-            Self::Dito(_) => "Those that pairs of the directions of this fit span: 30, 16, 90 and 16 at most",
-        }))
-    }
-}
-
-impl ValueEnum for Directions {
-    fn value_variants<'a>() -> &'a [Self] {
-        &Self::ALL
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(PossibleValue::new(self.name()).help(match self {
-            Self::Book => {
-                "To the corners of an icosahedron or a dodecahedron, or a cube's faces, corners and edges"
-            }
-            Self::Grid | Self::Uniform | Self::Sphere | Self::Zone => {
-                "Axes far apart of the eight bases that --bases has by this name"
-            }
-        }))
-    }
-}
-
-impl ValueEnum for Moment {
-    fn value_variants<'a>() -> &'a [Self] {
-        &Self::ALL
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(PossibleValue::new(self.name()).help(match self {
-            Self::Before => "By the builder's boxes",
-            Self::After => {
-                "By those that DiTO fits to the binary tree: takes longer, and several times the memory"
-            }
-        }))
-    }
-}
-
-impl ValueEnum for Morton {
-    fn value_variants<'a>() -> &'a [Self] {
-        &Self::ALL
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(PossibleValue::new(self.name()).help(match self {
-            Self::Auto => "30 bits, and 63 where too many triangles share a code",
-            Self::Bits30 => "10 bits an axis",
-            Self::Bits63 => "21 bits an axis",
-            Self::Ext4 => "63 bits, every fourth of the triangle's size",
-            Self::Ext7 => "63 bits, every seventh of the triangle's size",
-        }))
-    }
-}
 
 /// Which triangle test.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -226,6 +134,9 @@ pub(super) struct RecipeArgs {
     /// Boxes of nodes, instead of the builder's own.
     #[arg(long, value_enum)]
     fit: Option<Fit>,
+    /// Of hybrid: nodes of more triangles than N are fitted to bases only, the others by DiTO only. Default: all by both.
+    #[arg(long, value_name = "N")]
+    threshold: Option<u32>,
     /// Where the bases of odop1 to odop8 come from, those of the builder and of the boxes. Default: grid.
     #[arg(long, value_enum)]
     bases: Option<Generator>,
@@ -277,7 +188,8 @@ impl RecipeArgs {
 
     /// The same for the library, with the costs of `priced` where none are given.
     fn with_costs(&self, priced: Recipe) -> Recipe {
-        let Self { builder, morton, radius, directions, local_search, max_leaf, memory, .. } = *self;
+        let Self { builder, morton, radius, threshold, directions, local_search, max_leaf, memory, .. } =
+            *self;
         let node_cost = self.node_cost.unwrap_or(priced.collapse.node_cost);
         let collapse = Collapse { node_cost, max_leaf, ..priced.collapse };
         let oriented_cost = self.oriented_cost.unwrap_or(priced.oriented_cost);
@@ -293,6 +205,7 @@ impl RecipeArgs {
             collapse,
             collapsed,
             fit,
+            threshold,
             oriented_cost,
             directions,
             local_search,

@@ -9,7 +9,7 @@ use super::rays::{outer, unit};
 use crate::abi::{INVALID, Node, Range};
 use crate::bvh::frame::{STEPS, along, words};
 use crate::bvh::raw::half_area;
-use crate::bvh::{Child, HostTree};
+use crate::bvh::{Child, HostTree, Recipe};
 use glam::Vec3;
 
 /// Squared, of the longest distance: points this near to a line or a plane lie in it.
@@ -58,12 +58,13 @@ pub fn corners(tree: &HostTree, anchor: [f32; 3], place: u32) -> [Vec3; 3] {
 }
 
 /// Every slot: 4 i + k is child k of node i, and the root's comes last.
-/// Points are extremal along `directions`; `local_search` evaluations refine each fit.
-pub fn fit(tree: &HostTree, anchor: [f32; 3], directions: &[Vec3], local_search: u32) -> Vec<Slot> {
+/// `points` extremal points each, as `recipe` has them; beyond its threshold none, and no frame.
+pub fn fit(tree: &HostTree, anchor: [f32; 3], points: u32, recipe: &Recipe) -> Vec<Slot> {
     let mut slots = vec![Slot::default(); 4 * tree.nodes.len() + 1];
-    climb(tree, anchor, directions, tree.root, 4 * tree.nodes.len(), &mut slots);
-    for slot in slots.iter_mut().filter(|s| s.range.count > 0) {
-        slot.frame = improved(fitted(&slot.points), &slot.points, local_search);
+    climb(tree, anchor, &recipe.directions.of(points), tree.root, 4 * tree.nodes.len(), &mut slots);
+    let most = recipe.most_of_points();
+    for slot in slots.iter_mut().filter(|s| (1..=most).contains(&s.range.count)) {
+        slot.frame = improved(fitted(&slot.points), &slot.points, recipe.local_search);
     }
     slots
 }

@@ -29,7 +29,7 @@ pub fn choose(
     expand(tree);
     let kept = number(tree, &recipe.collapse);
     let binary = layout::pack(scene, order, space, recipe.collapse.max_leaf, Some((tree, &kept)));
-    let slots = fit(&binary, space.anchor, &recipe.directions.of(points), recipe.local_search);
+    let slots = fit(&binary, space.anchor, points, recipe);
     let root = tree.root.node;
     let cluster = Climb { tree: &mut *tree, slots: &slots, recipe }.climb(root, slots.len() - 1);
     let collapsed = tree.cuts[root as usize].choices & 3 == 0;
@@ -51,7 +51,8 @@ impl Climb<'_> {
             return area;
         }
         let frame = Frame::of(*frame);
-        least_of(unstretched(half_area(&extent(frame.rows, points)), &frame), area)
+        let oriented = unstretched(half_area(&extent(frame.rows, points)), &frame) * self.recipe.dearer();
+        least_of(oriented, area)
     }
 
     /// The cluster of a child of node `node`.

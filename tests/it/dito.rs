@@ -134,6 +134,9 @@ fn boxes_are_near_the_least() {
         (Method::Dito(14), 2.3),
         (Method::Dito(20), 2.1),
         (Method::Dito(26), 1.7),
+        (Method::Along(14, Directions::Grid), 2.4),
+        (Method::Along(14, Directions::Zone), 2.8),
+        (Method::Along(26, Directions::Zone), 1.9),
         (Method::Exact(14), 1.6),
         (Method::Searched(26), 1.3),
     ] {
