@@ -2,7 +2,8 @@
 //!
 //! # Flow
 //! `scene → bvh::{morton → sort → ploc → collapse → layout} → trace → bench::report`
-//! (`odop`, `lbvh` or `binned` may stand in for `ploc`; `odopfit` and `dito → orient` may follow `layout`)
+//! (`odop`, `lbvh` or `binned` may stand in for `ploc`; `recut` may come before `collapse`, `odopfit` and `dito → orient`
+//! may follow `layout`)
 //!
 //! A [`scene::Scene`] is read, fetched or generated on the host and uploaded as [`bvh::SceneBuffers`];
 //! [`bvh::build`] records the stages of a build, [`trace::trace`] sends rays through the packed tree, and

@@ -1,13 +1,17 @@
-// One invocation ITEMS packed nodes: from each node without inner children the extremal points of its children's and its
-// own triangles climb as far as it is the last child to arrive. Writes points, ranges; hands them over there. Reads nodes,
-// triangles, parents. Keeps: nobody waits, no barrier; the same points whatever the timing. Of leaves with few triangles
-// all corners are kept, for some may be extremal in no direction.
+// One invocation ITEMS packed nodes: from each node without inner children the extremal points of its children's and
+// its own triangles climb as far as it is the last child to arrive. Writes points, ranges; hands them over there. Reads
+// nodes, triangles, parents, directions. Keeps: nobody waits, no barrier; the same points whatever the timing. Of
+// leaves with few triangles all corners are kept, for some may be extremal in no direction. Of slots of more than
+// `most` triangles there are ranges alone.
 #include "lib/points.glsl"
 #include "lib/within.glsl"
 #include "lib/reference.glsl"
 #include "lib/climb.glsl"
 
 layout(constant_id = SPEC_ITEMS) const uint ITEMS = 1;
+layout(constant_id = SPEC_DIRECTIONS) const uint DIRECTIONS = 0;
+
+vec3 directions[POINTS / 2];  // where not those of lib/points.glsl
 
 // Of a child and of the node so far: extremal points, and how far along its direction each is.
 vec3 below[POINTS];
@@ -27,6 +31,7 @@ float own_at[POINTS];
 
 // Of axes the coordinate itself: nothing to multiply.
 float along_direction(uint j, vec3 p) {
+    if (DIRECTIONS != 0) return along(directions[j], p);
     if (j < 3 && POINTS != 12 && POINTS != 20) return p[j];
     return along(direction_of(j), p);
 }
@@ -69,9 +74,11 @@ void climb(uint node) {
             uint slot = 4 * node + k;
             Range child;
             if (children[k] < LEAF_BIT) {
-                LOAD_POINTS(below, slot)
-                [[unroll]] for (uint i = 0; i < POINTS; ++i) below_at[i] = along_direction(i / 2, below[i]);
                 child = LOAD_Range(ranges, slot);
+                if (child.count <= args.most) {
+                    LOAD_POINTS(below, slot)
+                    [[unroll]] for (uint i = 0; i < POINTS; ++i) below_at[i] = along_direction(i / 2, below[i]);
+                }
             } else {
                 child = leaf_range(children[k]);
                 take_in_leaf(child.first, child.count, slot);
@@ -84,7 +91,7 @@ void climb(uint node) {
             range = Range(k == 0 ? child.first : min(range.first, child.first), range.count + child.count);
         }
         uint up = P(parents).at[node];
-        STORE_POINTS(own, up)
+        if (range.count <= args.most) STORE_POINTS(own, up)
         STORE_Range(ranges, up, range)
         node = up / 4;
         if (node == args.count) return;  // that was the root
@@ -94,5 +101,10 @@ void climb(uint node) {
 }
 
 void main() {
+    if (DIRECTIONS != 0) {
+        [[unroll]] for (uint j = 0; j < POINTS / 2; ++j) {
+            directions[j] = vec3(P(directions).at[3 * j], P(directions).at[3 * j + 1], P(directions).at[3 * j + 2]);
+        }
+    }
     FOR_ITEMS(i, args.count) climb(i);
 }

@@ -1,8 +1,9 @@
-// One invocation ITEMS slots: the frame in which the box of the slot's extremal points is least, of those that DiTO tries
-// [LARSSON11]: a face or an edge of the box lies along a large triangle of the points, or of the two tetrahedra on it.
-// Reads points, ranges. Keeps: the same bits everywhere. Differs: tolerances are relative; a line keeps a box along it,
-// and a flat set that of its triangle; the large triangle begins with the point farthest from the first and the one
-// farthest from that, for corners of small leaves come in no pairs; the frame is rounded (lib/frame.glsl).
+// One invocation ITEMS slots: the frame in which the box of the slot's extremal points is least, of those that DiTO
+// tries [LARSSON11]: a face or an edge of the box lies along a large triangle of the points, or of the two tetrahedra
+// on it. None where there are no points. Reads points, ranges. Keeps: the same bits everywhere. Differs: tolerances are
+// relative; a line keeps a box along it, and a flat set that of its triangle; the large triangle begins with the point
+// farthest from the first and the one farthest from that, for corners of small leaves come in no pairs; the frame is
+// rounded (lib/frame.glsl).
 #include "lib/points.glsl"
 #include "lib/box.glsl"
 #include "lib/within.glsl"
@@ -119,7 +120,8 @@ void search_frames() {
 void main() {
     FOR_ITEMS(slot, args.slots) {
         uvec2 words = uvec2(0);
-        if (LOAD_Range(ranges, slot).count > 0) {
+        uint count = LOAD_Range(ranges, slot).count;
+        if (count > 0 && count <= args.most) {
             LOAD_POINTS(e, slot)
             vec3 first = e[0];
             [[unroll]] for (uint k = 0; k < POINTS; ++k) {

@@ -78,7 +78,8 @@ uvec2 improved(uvec2 words) {
 
 void main() {
     FOR_ITEMS(slot, args.slots) {
-        if (LOAD_Range(ranges, slot).count == 0) continue;
+        uint count = LOAD_Range(ranges, slot).count;
+        if (count == 0 || count > args.most) continue;
         LOAD_POINTS(e, slot)
         vec3 first = e[0];
         [[unroll]] for (uint k = 0; k < POINTS; ++k) {

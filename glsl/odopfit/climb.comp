@@ -1,7 +1,8 @@
-// One invocation ITEMS packed nodes: from each node without inner children the boxes of its triangles in BASES bases climb
-// as far as it is the last child to arrive. A node whose children's boxes cost less in one of them than in any so far takes
-// its frame, the first of equal ones, and their extents. Writes boxes, and hands them over there; least, chosen, extents.
-// Reads nodes, triangles, parents, bases. Keeps: nobody waits, no barrier; the same frames however bases are grouped.
+// One invocation ITEMS packed nodes: from each node without inner children the boxes of its triangles in BASES bases
+// climb as far as it is the last child to arrive. A node whose children's boxes cost less in one of them than in any so
+// far takes its frame, the first of equal ones, and their extents. Of nodes of `above` triangles or fewer none is
+// chosen. Writes boxes and counts, and hands them over there; least, chosen, extents. Reads nodes, triangles, parents,
+// bases. Keeps: nobody waits, no barrier; the same frames however bases are grouped.
 #include "lib/box.glsl"
 #include "lib/within.glsl"
 #include "lib/ordered.glsl"
@@ -25,8 +26,9 @@ void take_in(inout Aabb box, Frame frame, PackedTriangle triangle) {
     take_in(box, within(frame, z));
 }
 
-// The node's box, and what it is expected to cost.
-void gather(uvec4 children) {
+// The node's box, and what it is expected to cost; returns its triangles, where these matter.
+uint gather(uvec4 children) {
+    uint count = 0;
     [[unroll]] for (uint b = 0; b < BASES; ++b) {
         own[b] = NOWHERE;
         costs[b] = 0.0;
@@ -37,7 +39,9 @@ void gather(uvec4 children) {
         Aabb below[BASES];
         if (child < LEAF_BIT) {
             [[unroll]] for (uint b = 0; b < BASES; ++b) below[b] = LOAD_Aabb(boxes, BASES * child + b);
+            if (args.above > 0) count += P(counts).at[child];
         } else {
+            count += range.count;
             [[unroll]] for (uint b = 0; b < BASES; ++b) below[b] = NOWHERE;
             for (uint place = range.first; place < range.first + range.count; ++place) {
                 PackedTriangle triangle = LOAD_PackedTriangle(triangles, place);
@@ -51,6 +55,7 @@ void gather(uvec4 children) {
             costs[b] = sum;
         }
     }
+    return count;
 }
 
 // Once more the children's boxes, in the frame that is kept. Tried holding them all: 4 to 8 times as long on lavapipe, for
@@ -74,7 +79,11 @@ void keep(uint node, uvec4 children, uint best) {
     }
 }
 
-void choose(uint node, uvec4 children) {
+void choose(uint node, uvec4 children, uint count) {
+    if (args.above > 0 && count <= args.above) {
+        if (args.first == 0) P(chosen).at[node] = pair_of(uvec2(0));
+        return;
+    }
     float least;
     if (args.first == 0) {
         precise float dearer = (args.oriented_cost - args.node_cost) * half_area(own[0]);
@@ -121,11 +130,12 @@ void main() {
         } else {
             children = LOAD_Node(nodes, node).children;
         }
-        gather(children);
-        choose(node, children);
+        uint count = gather(children);
+        choose(node, children, count);
         uint above = P(parents).at[node] / 4;
         if (above < args.count) {
             [[unroll]] for (uint b = 0; b < BASES; ++b) STORE_Aabb(boxes, BASES * node + b, own[b])
+            if (args.above > 0) P(counts).at[node] = count;
             node = arrive_last(above, LOAD_Node(nodes, above).children) ? above : INVALID;
         } else {
             node = INVALID;  // that was the root

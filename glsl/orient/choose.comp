@@ -1,6 +1,7 @@
-// One invocation ITEMS packed nodes: the frame in which its children's boxes are expected to cost least, of its own box's
-// and its children's; none where the axes of the scene cost no more. Reads nodes, parents, points, ranges, frames.
-// Keeps: an estimate from extremal points; orient/pack decides by the exact boxes.
+// One invocation ITEMS packed nodes: the frame in which its children's boxes are expected to cost least, of its own
+// box's and its children's; none where the axes of the scene cost no more. Reads nodes, parents, points, ranges,
+// frames. None of nodes of more than `most` triangles. Keeps: an estimate from extremal points; orient/pack decides by
+// the exact boxes.
 #include "lib/points.glsl"
 #include "lib/box.glsl"
 #include "lib/within.glsl"
@@ -12,6 +13,11 @@ const uint CANDIDATES = 2 + WIDTH;  // axes of the scene, own, children's
 
 void main() {
     FOR_ITEMS(i, args.count) {
+        uint own = P(parents).at[i];
+        if (LOAD_Range(ranges, own).count > args.most) {
+            P(chosen).at[i] = pair_of(uvec2(0));
+            continue;
+        }
         uvec4 children = LOAD_Node(nodes, i).children;
         uvec2 candidates[CANDIDATES];
         float costs[CANDIDATES];
@@ -19,7 +25,7 @@ void main() {
             candidates[c] = uvec2(0);
             costs[c] = 0.0;
         }
-        candidates[1] = words_of(P(frames).at[P(parents).at[i]]);
+        candidates[1] = words_of(P(frames).at[own]);
         for (uint k = 0; k < WIDTH && children[k] != INVALID; ++k) {
             candidates[2 + k] = words_of(P(frames).at[4 * i + k]);
         }

@@ -395,6 +395,46 @@ abi! {
         /// Raw nodes.
         count: u32,
     }
+    @kernel "recut/whole"
+    struct RecutWholeArgs {
+        /// One a node; only choices change.
+        cuts: PtrMut<RawCut>,
+        /// Raw nodes.
+        count: u32,
+    }
+    @kernel "recut/climb"
+    struct RecutClimbArgs {
+        /// The binary tree as a packed one: node i is raw node i.
+        nodes: Ptr<Node>,
+        /// The binary tree.
+        raw: Ptr<RawNode>,
+        /// From `dito/parents`.
+        parents: Ptr<u32>,
+        /// From `dito/extremes`.
+        points: Ptr<Pair>,
+        /// From `dito/extremes`.
+        ranges: Ptr<Range>,
+        /// From `dito/fit`.
+        frames: Ptr<Pair>,
+        /// One a node: inner children that have arrived; all 0 before.
+        arrived: PtrShared<u32>,
+        /// Three a node, as [`Cluster::cost`].
+        costs: PtrShared<f32>,
+        /// One a node.
+        cuts: PtrMut<RawCut>,
+        /// One: node and cost change.
+        root: PtrMut<RawRoot>,
+        /// Raw nodes.
+        count: u32,
+        /// Cost of a packed node.
+        node_cost: f32,
+        /// Cost of a triangle test.
+        triangle_cost: f32,
+        /// Triangles that a leaf may hold.
+        max_leaf: u32,
+        /// What an oriented node costs over an axis-aligned one.
+        dearer: f32,
+    }
     @kernel "layout/nodes"
     struct LayoutNodesArgs {
         /// The tree.
@@ -469,8 +509,12 @@ abi! {
         coordinates: PtrShared<f32>,
         /// One a slot.
         ranges: PtrShared<Range>,
+        /// k / 2 directions, three floats each, with SPEC_DIRECTIONS; else none.
+        directions: Ptr<f32>,
         /// Nodes.
         count: u32,
+        /// Triangles of a slot that has points, at most.
+        most: u32,
         /// Unit space is a triangle's corner − `anchor`.
         anchor: [f32; 3],
     }
@@ -484,6 +528,8 @@ abi! {
         frames: PtrMut<Pair>,
         /// Slots.
         slots: u32,
+        /// Triangles of a slot that has points, at most.
+        most: u32,
     }
     @kernel "dito/improve"
     struct DitoImproveArgs {
@@ -495,6 +541,8 @@ abi! {
         frames: PtrMut<Pair>,
         /// Slots.
         slots: u32,
+        /// Triangles of a slot that has points, at most.
+        most: u32,
         /// Boxes tried.
         evaluations: u32,
     }
@@ -510,6 +558,8 @@ abi! {
         arrived: PtrShared<u32>,
         /// Boxes of each node in the group's bases.
         boxes: PtrShared<Aabb>,
+        /// Triangles of each node, where `above` is more than 0.
+        counts: PtrShared<u32>,
         /// Words of the bases' frames; the first is none, as are those that fill up the last group.
         bases: Ptr<Pair>,
         /// Expected cost of each node in the best frame so far, less what an oriented node costs more.
@@ -522,6 +572,8 @@ abi! {
         count: u32,
         /// First basis of the group.
         first: u32,
+        /// Nodes of more triangles than this get a frame.
+        above: u32,
         /// Unit space is a triangle's corner − `anchor`.
         anchor: [f32; 3],
         /// Cost of visiting a node, c_N.
@@ -551,6 +603,8 @@ abi! {
         oriented: PtrMut<u32>,
         /// Nodes.
         count: u32,
+        /// Triangles of a node that may get a frame, at most.
+        most: u32,
         /// Cost of visiting a node, c_N.
         node_cost: f32,
         /// Cost of visiting an oriented node, c_O.

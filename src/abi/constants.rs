@@ -77,4 +77,6 @@ constants! {
     SPEC_POINTS = 12;
     /// Bases whose boxes climb together.
     SPEC_BASES = 13;
+    /// 1: extremal points are taken along directions from a buffer.
+    SPEC_DIRECTIONS = 14;
 }

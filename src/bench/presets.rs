@@ -1,7 +1,7 @@
 //! Presets of the benchmark: `scenes/bench.toml`, in which an entry takes what it doesn't say from its parent.
 
 use super::size::bytes_of;
-use crate::bvh::{Collapse, Fit, Generator, Method, Morton, Recipe};
+use crate::bvh::{Collapse, Directions, Fit, Generator, Method, Moment, Morton, Recipe};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
@@ -89,7 +89,7 @@ entry! {
     RecipeEntry ("builder") {
         builder: String, morton: String, radius: u32, traversal_cost: f32, node_cost: f32,
         triangle_cost: f32, max_leaf: u32, fit: String, oriented_cost: f32, local_search: u32, bases: String,
-        memory: String,
+        directions: String, collapse: String, threshold: u32, memory: String,
     }
 }
 entry! {
@@ -238,6 +238,13 @@ impl Presets {
                 .find(|g| g.name() == bases)
                 .ok_or_else(|| wrong("bases", bases, "see `boxwood build --help`"))?,
         };
+        let directions = match r.directions {
+            None => Directions::default(),
+            Some(directions) => Directions::ALL
+                .into_iter()
+                .find(|d| d.name() == directions)
+                .ok_or_else(|| wrong("directions", directions, "see `boxwood build --help`"))?,
+        };
         let (builder, fit) = (method.builder.with_generator(generator), fit.with_generator(generator));
         let memory = match r.memory {
             None => Recipe::default().memory,
@@ -245,7 +252,26 @@ impl Presets {
                 bytes_of(&size).ok_or_else(|| wrong("memory", size, "write a size such as 8GiB or 512MiB"))?
             }
         };
-        let recipe = Recipe { builder, morton, radius, collapse, fit, oriented_cost, local_search, memory };
+        let collapsed = match r.collapse {
+            None => Moment::default(),
+            Some(moment) => Moment::ALL
+                .into_iter()
+                .find(|m| m.name() == moment)
+                .ok_or_else(|| wrong("collapse", moment, "see `boxwood build --help`"))?,
+        };
+        let recipe = Recipe {
+            builder,
+            morton,
+            radius,
+            collapse,
+            collapsed,
+            fit,
+            threshold: r.threshold,
+            oriented_cost,
+            directions,
+            local_search,
+            memory,
+        };
         recipe.check().map_err(|e| wrong("a value", e.to_string(), "see `boxwood build --help`"))?;
         Ok(recipe)
     }

@@ -9,7 +9,7 @@ const ENOUGH: f64 = 63.0 / 64.0;
 /// Bases whose boxes cost less to find than those of DiTO.
 const FEW: usize = 4;
 /// Extremal points of DiTO where no number is given.
-const POINTS: u32 = 14;
+pub(super) const POINTS: u32 = 14;
 
 /// What is tried on every node, in this order.
 #[derive(Debug, Clone, PartialEq, Default)]

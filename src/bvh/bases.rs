@@ -2,6 +2,7 @@
 //! Differs: each is kept as the words of a packed node's frame, so it is brought into the domain of least rotations that
 //! every box has one of (components within √2 − 1, sum within 1), where the printed generators stay in one octant.
 
+use super::directions::spanned;
 use super::frame::{Frame, STEPS, words};
 use crate::abi::Basis;
 use glam::{DMat3, DVec3};
@@ -18,11 +19,22 @@ pub enum Generator {
     Sphere,
     /// No rotation, and points spread evenly over the domain of all box orientations.
     Zone,
+    /// Those that pairs of DiTO's directions span, of a set of 12, 14, 20 or 26 extremal points.
+    Dito(u32),
 }
 
 impl Generator {
     /// Every choice.
-    pub const ALL: [Self; 4] = [Self::Grid, Self::Uniform, Self::Sphere, Self::Zone];
+    pub const ALL: [Self; 8] = [
+        Self::Grid,
+        Self::Uniform,
+        Self::Sphere,
+        Self::Zone,
+        Self::Dito(12),
+        Self::Dito(14),
+        Self::Dito(20),
+        Self::Dito(26),
+    ];
 
     /// As arguments and reports have it.
     pub fn name(self) -> &'static str {
@@ -31,7 +43,27 @@ impl Generator {
             Self::Uniform => "uniform",
             Self::Sphere => "sphere",
             Self::Zone => "zone",
+            Self::Dito(12) => "dito12",
+            Self::Dito(14) => "dito14",
+            Self::Dito(20) => "dito20",
+            Self::Dito(_) => "dito26",
         }
+    }
+
+    /// Bases that there are, where not as many as one wants.
+    pub fn limit(self) -> Option<u32> {
+        match self {
+            Self::Grid | Self::Uniform | Self::Sphere | Self::Zone => None,
+            Self::Dito(12) => Some(30),
+            Self::Dito(20) => Some(90),
+            Self::Dito(_) => Some(16),
+        }
+    }
+
+    /// The greatest degree that asks for other bases than the one below: 8 at most.
+    pub fn most_degree(self) -> u32 {
+        let all = |degree: &u32| self.limit().is_some_and(|limit| degree.pow(3) >= limit);
+        (1..8).find(all).unwrap_or(8)
     }
 }
 
@@ -40,7 +72,7 @@ impl Generator {
 pub struct Bases {
     /// Where they come from.
     pub generator: Generator,
-    /// Degree D: there are D³. 1–8.
+    /// Degree D: there are D³, or as many as the generator has. 1–8, see [`Generator::most_degree`].
     pub degree: u32,
 }
 
@@ -51,10 +83,38 @@ impl Bases {
         NAMES[self.degree.clamp(1, 8) as usize - 1]
     }
 
-    /// The words of their frames, D³ of them; of no rotation \[0, 0\].
+    /// Whether its degree is one of those that [`Bases::degrees`] names.
+    pub(super) fn is_in_range(self) -> bool {
+        (1..=self.generator.most_degree()).contains(&self.degree)
+    }
+
+    /// Degrees that there are, for an error.
+    pub(super) fn degrees(self) -> &'static str {
+        match self.generator {
+            Generator::Grid | Generator::Uniform | Generator::Sphere | Generator::Zone => "1 to 8",
+            Generator::Dito(12) => "1 to 4: pairs of dito12's directions span 30 bases",
+            Generator::Dito(20) => "1 to 5: pairs of dito20's directions span 90 bases",
+            Generator::Dito(_) => "1 to 3: pairs of dito14's and dito26's directions span 16 bases",
+        }
+    }
+
+    /// How many there are.
+    pub fn count(self) -> u32 {
+        self.generator.limit().map_or(self.degree.pow(3), |limit| limit.min(self.degree.pow(3)))
+    }
+
+    /// The words of their frames, the same ones first in all degrees of those of DiTO's; of no rotation \[0, 0\].
     pub fn frames(self) -> Vec<[u32; 2]> {
-        let count = self.degree.pow(3);
-        (0..count).map(|i| frame_words(self.rodrigues(i))).collect()
+        let numbers = 0..self.count();
+        match self.generator {
+            Generator::Grid => numbers.map(|i| frame_words(self.on_grid(i))).collect(),
+            Generator::Uniform => numbers.map(|i| frame_words(in_cube(i))).collect(),
+            Generator::Sphere => numbers.map(|i| frame_words(on_sphere(i))).collect(),
+            Generator::Zone => numbers.map(|i| frame_words(in_zone(i))).collect(),
+            Generator::Dito(points) => {
+                spanned(points).into_iter().zip(numbers).map(|(axes, _)| words_of_axes(axes)).collect()
+            }
+        }
     }
 
     /// Their axes, of unit length but for rounding, so that areas along them compare; of no rotation exactly the scene's.
@@ -68,25 +128,30 @@ impl Bases {
         self.frames().into_iter().map(axes).collect()
     }
 
-    /// The i-th Rodrigues vector, as generated.
-    fn rodrigues(self, i: u32) -> DVec3 {
+    /// The i-th Rodrigues vector of the grid.
+    fn on_grid(self, i: u32) -> DVec3 {
         let d = self.degree;
-        let random = |k| f64::from(hash(3 * i + k)) / 4_294_967_296.0;
-        match self.generator {
-            Generator::Grid => {
-                let [x, y, z] = [i % d, i / d % d, i / (d * d)].map(|k| f64::from(k) / f64::from(d));
-                // Q = (I − A)(I + A)⁻¹ of the printed A is the rotation of this vector.
-                DVec3::new(x, -y, z)
-            }
-            Generator::Uniform => DVec3::new(random(0), -random(1), random(2)),
-            Generator::Sphere => {
-                let (z, turn) = (2.0 * random(0) - 1.0, std::f64::consts::TAU * random(1));
-                let radius = (1.0 - z * z).sqrt();
-                DVec3::new(radius * turn.cos(), radius * turn.sin(), z)
-            }
-            Generator::Zone => in_zone(i),
-        }
+        let [x, y, z] = [i % d, i / d % d, i / (d * d)].map(|k| f64::from(k) / f64::from(d));
+        // Q = (I − A)(I + A)⁻¹ of the printed A is the rotation of this vector.
+        DVec3::new(x, -y, z)
     }
+}
+
+/// The k-th random number of the i-th vector, from 0 to 1.
+fn random(i: u32, k: u32) -> f64 {
+    f64::from(hash(3 * i + k)) / 4_294_967_296.0
+}
+
+/// The i-th random Rodrigues vector in the unit cube.
+fn in_cube(i: u32) -> DVec3 {
+    DVec3::new(random(i, 0), -random(i, 1), random(i, 2))
+}
+
+/// The i-th random one on the unit sphere.
+fn on_sphere(i: u32) -> DVec3 {
+    let (z, turn) = (2.0 * random(i, 0) - 1.0, std::f64::consts::TAU * random(i, 1));
+    let radius = (1.0 - z * z).sqrt();
+    DVec3::new(radius * turn.cos(), radius * turn.sin(), z)
 }
 
 /// The i-th of the points of the Halton sequence of bases 2, 3 and 5 that lie in the domain; the 0th is 0.
@@ -128,7 +193,11 @@ pub(super) fn frame_words(r: DVec3) -> [u32; 2] {
             f64::from(u8::from(i == k)) * s + twice[i] * r[k] + cross[i][k]
         })) / (1.0 + r.length_squared())
     };
-    let axes = [row(0), row(1), row(2)];
+    words_of_axes([row(0), row(1), row(2)])
+}
+
+/// Likewise to these axes, of unit length.
+fn words_of_axes(axes: [DVec3; 3]) -> [u32; 2] {
     let orders = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
     let turned = orders.map(|order: [usize; 3]| {
         let axis = |k: usize| axes[order[k]] * axes[order[k]][k].signum();
@@ -151,16 +220,16 @@ mod tests {
     use std::collections::HashSet;
 
     fn all() -> impl Iterator<Item = Bases> {
-        Generator::ALL
-            .into_iter()
-            .flat_map(|generator| (1..=8).map(move |degree| Bases { generator, degree }))
+        Generator::ALL.into_iter().flat_map(|generator| {
+            (1..=generator.most_degree()).map(move |degree| Bases { generator, degree })
+        })
     }
 
     #[test]
     fn bases_are_distinct_and_in_the_domain() {
         for bases in all() {
             let frames = bases.frames();
-            assert_eq!(frames.len(), bases.degree.pow(3) as usize);
+            assert_eq!(frames.len(), bases.count() as usize);
             assert_eq!(frames.iter().collect::<HashSet<_>>().len(), frames.len(), "{bases:?}");
             for words in frames {
                 let r = Frame::of(words).rodrigues.abs();
@@ -173,8 +242,18 @@ mod tests {
     fn grid_and_zone_begin_with_no_rotation() {
         for bases in all() {
             let first = bases.frames()[0];
-            let identity = matches!(bases.generator, Generator::Grid | Generator::Zone);
+            let identity =
+                matches!(bases.generator, Generator::Grid | Generator::Zone | Generator::Dito(14 | 26));
             assert_eq!(first == [0; 2], identity, "{bases:?}");
+        }
+    }
+
+    #[test]
+    fn degrees_end_where_bases_do() {
+        let most = Generator::ALL.map(Generator::most_degree);
+        assert_eq!(most, [8, 8, 8, 8, 4, 3, 5, 3]);
+        for points in [12, 14, 20, 26] {
+            assert_eq!(Generator::Dito(points).limit(), Some(spanned(points).len() as u32));
         }
     }
 

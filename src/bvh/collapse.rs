@@ -49,11 +49,17 @@ pub(super) fn number(build: &mut Build<'_>, tree: &RawTree) -> Result<Kept> {
         kept.root = kept.packed.read_at(tree.root.node as usize)?;
         kept.sah = sah(areas, bounds, &build.recipe.collapse);
     }
-    build.note(format!(
-        "collapse: {} of {nodes} binary nodes kept, of up to {WIDTH} children, leaves of up to {} triangles",
-        kept.count, build.recipe.collapse.max_leaf
-    ));
     Ok(kept)
+}
+
+impl Kept {
+    /// What was done with so many raw nodes.
+    pub fn summary(&self, nodes: usize, max_leaf: u32) -> String {
+        let kept = self.count;
+        format!(
+            "collapse: {kept} of {nodes} binary nodes kept, of up to {WIDTH} children, leaves of up to {max_leaf} triangles"
+        )
+    }
 }
 
 /// Rounds to record before looking: a balanced tree has half as many levels of packed nodes as of binary ones, others

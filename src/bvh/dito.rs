@@ -1,16 +1,17 @@
 //! DiTO: a small oriented box of every child of a packed tree, from extremal points that climb from the leaves
 //! \[LARSSON11, VEVERKOVA24\].
-//! A local search may follow each fit, which the printed algorithm lacks.
+//! A local search may follow each fit, and directions may be generated ones, which the printed algorithm lacks.
 //! Differs: of packed nodes, not of the binary tree; each node's points climb once; tolerances are relative; what
 //! becomes of the frames is [`super::orient`]'s business.
 
-use super::{Build, Bvh, Result};
+use super::{Build, Bvh, Directions, Result};
 use crate::abi::{
-    DitoExtremesArgs, DitoFitArgs, DitoImproveArgs, DitoParentsArgs, Pair, Range, SPEC_ITEMS, SPEC_LEAF_BITS,
-    SPEC_POINTS, SPEC_WG, WIDTH,
+    DitoExtremesArgs, DitoFitArgs, DitoImproveArgs, DitoParentsArgs, Pair, Ptr, Range, SPEC_DIRECTIONS,
+    SPEC_ITEMS, SPEC_LEAF_BITS, SPEC_POINTS, SPEC_WG, WIDTH,
 };
 use crate::device::{Buffer, Recorder};
 use crate::kernels;
+use glam::Vec3;
 
 /// What is known of every slot, a child of a packed node: slot 4 i + k is child k of node i; the root's comes last.
 pub(super) struct Slots {
@@ -42,8 +43,18 @@ pub(super) fn hang(rec: &mut Recorder, bvh: &Bvh, parents: &Buffer<u32>) -> Resu
     Ok(())
 }
 
+/// Directions of `points` extremal points, where they aren't those that kernels have.
+fn generated_directions(build: &Build<'_>, points: u32) -> Result<Option<Buffer<f32>>> {
+    let directions = build.recipe.directions;
+    if directions == Directions::Book {
+        return Ok(None);
+    }
+    let words: Vec<f32> = directions.of(points).iter().flat_map(Vec3::to_array).collect();
+    Ok(Some(Buffer::from_slice(build.device, "dito.directions", &words)?))
+}
+
 /// Finds the frame of every slot of `bvh` from `points` extremal points: 12, 14, 20 or 26; the recipe's local
-/// search refines it.
+/// search refines it. Of slots beyond the recipe's threshold only ranges are found.
 pub(super) fn fit(build: &mut Build<'_>, bvh: &Bvh, points: u32) -> Result<Slots> {
     let shape = build.device.shape().clone();
     let nodes = bvh.nodes.len();
@@ -58,12 +69,15 @@ pub(super) fn fit(build: &mut Build<'_>, bvh: &Bvh, points: u32) -> Result<Slots
         frames: build.buffer("dito.frames", slots)?,
     };
     let arrived = build.buffer::<u32>("dito.arrived", nodes)?;
+    let most = build.recipe.most_of_points();
+    let directions = generated_directions(build, points)?;
     let tile = shape.workgroup * shape.items;
     let constants = [
         (SPEC_WG, shape.workgroup),
         (SPEC_ITEMS, shape.items),
         (SPEC_POINTS, points),
         (SPEC_LEAF_BITS, bvh.leaf_bits),
+        (SPEC_DIRECTIONS, directions.is_some().into()),
     ];
     let mut rec = build.recorder()?;
     rec.fill(&arrived, nodes, 0);
@@ -82,7 +96,9 @@ pub(super) fn fit(build: &mut Build<'_>, bvh: &Bvh, points: u32) -> Result<Slots
             points: found.points.ptr_shared().cast(),
             coordinates: found.points.ptr_shared().cast(),
             ranges: found.ranges.ptr_shared(),
+            directions: directions.as_ref().map_or(Ptr::new(0), Buffer::ptr),
             count,
+            most,
             anchor: bvh.anchor,
         },
     )?;
@@ -95,6 +111,7 @@ pub(super) fn fit(build: &mut Build<'_>, bvh: &Bvh, points: u32) -> Result<Slots
             ranges: found.ranges.ptr(),
             frames: found.frames.ptr_mut(),
             slots: slots as u32,
+            most,
         },
     )?;
     let evaluations = build.recipe.local_search;
@@ -108,6 +125,7 @@ pub(super) fn fit(build: &mut Build<'_>, bvh: &Bvh, points: u32) -> Result<Slots
                 ranges: found.ranges.ptr(),
                 frames: found.frames.ptr_mut(),
                 slots: slots as u32,
+                most,
                 evaluations,
             },
         )?;

@@ -14,10 +14,10 @@ use crate::kernels;
 /// Packs what is kept of `tree`.
 pub(super) fn pack(
     build: &mut Build<'_>,
-    order: Order,
-    tree: RawTree,
-    kept: Kept,
-    space: Space,
+    order: &Order,
+    tree: &RawTree,
+    kept: &Kept,
+    space: &Space,
 ) -> Result<Bvh> {
     let shape = build.device.shape().clone();
     let n = tree.count as usize;

@@ -1,12 +1,13 @@
 //! Builds trees on the device: `morton → sort → ploc → collapse → layout`. Knows no files and no command line.
-//! Instead of `ploc` stands `odop` or `lbvh`, or `binned` instead of all before `collapse`; `odopfit` and `dito → orient`
-//! may follow `layout`.
+//! Instead of `ploc` stands `odop` or `lbvh`, or `binned` instead of all before `collapse`; `recut` may come before that,
+//! and `odopfit` and `dito → orient` may follow `layout`.
 
 pub mod auto;
 pub mod bases;
 pub mod binned;
 mod boxes;
 mod collapse;
+mod directions;
 mod dito;
 pub mod frame;
 mod layout;
@@ -21,16 +22,18 @@ mod ploc;
 mod radix;
 pub mod raw;
 mod recipe;
+mod recut;
 mod slabs;
 mod sort;
 mod tree;
 
 pub use bases::{Bases, Generator};
 pub use boxes::{FACES, Level, NodeBox, PlacedBox};
+pub use directions::Directions;
 pub use method::Method;
 pub use orientation::Orientations;
 pub(crate) use radix::Radix;
-pub use recipe::{Builder, Collapse, Fit, Morton, Recipe};
+pub use recipe::{Builder, Collapse, Fit, Moment, Morton, Recipe};
 pub use tree::{Bvh, Child, HostTree, SceneBuffers, Volume, leaf_bits};
 
 use crate::abi::{INVALID, RAW_MASK, RawCut, RawNode, RawRoot};
@@ -246,7 +249,7 @@ fn run(
         explain: vec![],
         peak_before_tree: 0,
     };
-    let (order, tree, space) = match recipe.builder {
+    let (order, mut tree, space) = match recipe.builder {
         Builder::Ploc => {
             let (order, space) = in_morton_order(&mut build, stages.as_deref_mut())?;
             let tree = ploc::cluster(&mut build, &order, &space)?;
@@ -264,7 +267,11 @@ fn run(
         }
         Builder::Binned => binned::split(&mut build)?,
     };
+    if let Some(points) = recipe.fit.points().filter(|_| recipe.collapsed == Moment::After) {
+        recut::choose(&mut build, &order, &mut tree, &space, points)?;
+    }
     let kept = collapse::number(&mut build, &tree)?;
+    build.note(kept.summary(tree.nodes.len(), recipe.collapse.max_leaf));
     if let Some(s) = &mut stages {
         s.scale = space.scale;
         s.order = order.triangles.read_first(order.count as usize)?;
@@ -275,7 +282,8 @@ fn run(
         s.packed = kept.packed.read()?;
         s.firsts = kept.firsts.read()?;
     }
-    let mut bvh = layout::pack(&mut build, order, tree, kept, space)?;
+    let mut bvh = layout::pack(&mut build, &order, &tree, &kept, &space)?;
+    drop((order, tree, kept));
     if bvh.root != INVALID {
         orient(&mut build, &mut bvh)?;
     }

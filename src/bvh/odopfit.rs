@@ -25,13 +25,15 @@ pub(super) fn fit(build: &mut Build<'_>, bvh: &mut Bvh, frames: &[Pair]) -> Resu
         return Ok(());
     }
     bases.resize(bases.len().next_multiple_of(group), [0; 2]);
-    // Of a node its boxes, slot above, arrivals, least cost, frame and its children's extents.
-    let bytes = nodes as u64 * (24 * group as u64 + 20 + 96);
+    // Of a node its boxes, triangles, slot above, arrivals, least cost, frame and its children's extents.
+    let above = build.recipe.least_of_bases();
+    let bytes = nodes as u64 * (24 * group as u64 + 24 + 96);
     build.device.require_memory(&format!("fitting {nodes} nodes to bases, {group} at a time"), bytes)?;
     let choice = Choice::new(build, nodes)?;
     let parents = build.buffer::<u32>("odopfit.parents", nodes)?;
     let arrived = build.buffer::<u32>("odopfit.arrived", nodes)?;
     let boxes = build.buffer::<Aabb>("odopfit.boxes", nodes * group)?;
+    let counts = build.buffer::<u32>("odopfit.counts", if above > 0 { nodes } else { 1 })?;
     let least = build.buffer::<f32>("odopfit.least", nodes)?;
     let words = build.buffer::<Pair>("odopfit.bases", bases.len())?;
     words.write(&bases)?;
@@ -58,12 +60,14 @@ pub(super) fn fit(build: &mut Build<'_>, bvh: &mut Bvh, frames: &[Pair]) -> Resu
                 parents: parents.ptr(),
                 arrived: arrived.ptr_shared(),
                 boxes: boxes.ptr_shared(),
+                counts: counts.ptr_shared(),
                 bases: words.ptr(),
                 least: least.ptr_mut(),
                 chosen: choice.chosen.ptr_mut(),
                 extents: choice.extents.ptr_mut(),
                 count,
                 first: first as u32,
+                above,
                 anchor: bvh.anchor,
                 node_cost: build.recipe.collapse.node_cost,
                 oriented_cost: build.recipe.oriented_cost,

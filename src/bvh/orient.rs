@@ -55,6 +55,7 @@ pub(super) fn orient(build: &mut Build<'_>, bvh: &mut Bvh, slots: &Slots, points
             extents: choice.extents.ptr_mut(),
             oriented: wanted.ptr_mut(),
             count,
+            most: build.recipe.most_of_points(),
             node_cost: build.recipe.collapse.node_cost,
             oriented_cost: build.recipe.oriented_cost,
             triangle_cost: build.recipe.collapse.triangle_cost,

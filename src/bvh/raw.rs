@@ -186,7 +186,7 @@ impl Room<'_> {
 
 /// Costs and choices of a subtree of half area `area` and `count` triangles, of those of its two sides: as
 /// [`Cluster::cost`] and [`RawCut::choices`].
-fn cheapest(a: [f32; 3], b: [f32; 3], area: f32, count: u32, collapse: &Collapse) -> ([f32; 3], u32) {
+pub fn cheapest(a: [f32; 3], b: [f32; 3], area: f32, count: u32, collapse: &Collapse) -> ([f32; 3], u32) {
     let two = a[0] + b[0];
     let three = [a[0] + b[1], a[1] + b[0]];
     let four = [a[0] + b[2], a[1] + b[1], a[2] + b[0]];

@@ -1,7 +1,8 @@
 //! What to build: every choice of a build with its unit, range and effect.
 
+use super::auto::POINTS;
 use super::orientation::MOST;
-use super::{Bases, BuildError, Generator, Result};
+use super::{Bases, BuildError, Directions, Generator, Result};
 use crate::abi::{CODE_30, CODE_63, CODE_EXT4, CODE_EXT7, MAX_LEAF};
 
 /// What makes the binary tree. Everything after, leaves by cost included, is the same.
@@ -122,6 +123,30 @@ pub struct Collapse {
     pub max_leaf: u32,
 }
 
+/// When the binary tree is collapsed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Moment {
+    /// Before boxes are fitted: by the areas that the builder goes by.
+    #[default]
+    Before,
+    /// After DiTO has fitted boxes to the binary tree: by their areas, times what an oriented node costs over an
+    /// axis-aligned one, where that is less.
+    After,
+}
+
+impl Moment {
+    /// Every choice.
+    pub const ALL: [Self; 2] = [Self::Before, Self::After];
+
+    /// As arguments and reports have it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Before => "before",
+            Self::After => "after",
+        }
+    }
+}
+
 /// Which boxes nodes have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Fit {
@@ -195,6 +220,20 @@ impl Fit {
         matches!(self, Self::Own(_) | Self::Hybrid | Self::Auto)
     }
 
+    /// DiTO's extremal points, where there are some whatever the scene.
+    pub(super) fn points(self) -> Option<u32> {
+        match self {
+            Self::Dito(points) => Some(points),
+            Self::Hybrid => Some(POINTS),
+            Self::Aabb | Self::Odop(_) | Self::Own(_) | Self::Auto => None,
+        }
+    }
+
+    /// Whether some scene's boxes come from extremal points.
+    pub fn has_points(self) -> bool {
+        matches!(self, Self::Dito(_) | Self::Hybrid | Self::Auto)
+    }
+
     /// The same with bases of another kind, where it has some of a degree.
     pub fn with_generator(self, generator: Generator) -> Self {
         match self {
@@ -205,9 +244,8 @@ impl Fit {
 
     fn is_in_range(self) -> bool {
         match self {
-            Self::Aabb | Self::Hybrid | Self::Auto => true,
+            Self::Aabb | Self::Odop(_) | Self::Hybrid | Self::Auto => true,
             Self::Dito(points) => [12, 14, 20, 26].contains(&points),
-            Self::Odop(bases) => (1..=8).contains(&bases.degree),
             Self::Own(most) => (1..=MOST).contains(&most),
         }
     }
@@ -224,10 +262,18 @@ pub struct Recipe {
     pub radius: u32,
     /// Leaves.
     pub collapse: Collapse,
+    /// When leaves and packed nodes are chosen. After the fit: DiTO takes far more time and memory, the binary tree having
+    /// several times the nodes.
+    pub collapsed: Moment,
     /// Boxes.
     pub fit: Fit,
+    /// Of [`Fit::Hybrid`]: nodes of more triangles than this try bases only, the others DiTO only; none: all try both.
+    /// What a node doesn't try is not computed for it.
+    pub threshold: Option<u32>,
     /// Cost of visiting an oriented packed node, c_O, in the units of `collapse`; above 0. No less than `node_cost`.
     pub oriented_cost: f32,
+    /// Directions of DiTO's extremal points; of no effect but where boxes are fitted by DiTO.
+    pub directions: Directions,
     /// Evaluations of a local search for a smaller box after each fit: 0–1024. More: slower, smaller boxes.
     pub local_search: u32,
     /// Device memory that ODOP's boxes may take, bytes; where the device has less free, that. Less: slower, the same
@@ -244,8 +290,11 @@ impl Default for Recipe {
             morton: Morton::Auto,
             radius: 8,
             collapse,
+            collapsed: Moment::Before,
             fit: Fit::Aabb,
+            threshold: None,
             oriented_cost: 6.0,
+            directions: Directions::Book,
             local_search: 0,
             memory: 4 << 30,
         }
@@ -253,6 +302,21 @@ impl Default for Recipe {
 }
 
 impl Recipe {
+    /// Triangles of a node that DiTO fits, at most.
+    pub(crate) fn most_of_points(&self) -> u32 {
+        self.threshold.unwrap_or(u32::MAX)
+    }
+
+    /// Nodes of more triangles than this are fitted to bases.
+    pub(crate) fn least_of_bases(&self) -> u32 {
+        self.threshold.unwrap_or(0)
+    }
+
+    /// What an oriented node costs over an axis-aligned one.
+    pub(crate) fn dearer(&self) -> f32 {
+        self.oriented_cost / self.collapse.node_cost
+    }
+
     /// Refuses values out of range.
     ///
     /// # Errors
@@ -270,11 +334,23 @@ impl Recipe {
         if self.local_search > 1024 {
             return refuse("the local search", self.local_search.to_string(), "0 to 1024 evaluations");
         }
-        if let Some(bases) = self.builder.bases().filter(|b| !(1..=8).contains(&b.degree)) {
-            return refuse("the degree of the bases", bases.degree.to_string(), "1 to 8");
+        let all_bases = self.builder.bases().into_iter().chain(self.fit.bases());
+        if let Some(bases) = all_bases.into_iter().find(|b| !b.is_in_range()) {
+            return refuse("the degree of the bases", bases.degree.to_string(), bases.degrees());
+        }
+        if let Some(threshold) = self.threshold.filter(|_| self.fit != Fit::Hybrid) {
+            return refuse("the threshold", threshold.to_string(), "left out where the fit is not hybrid");
+        }
+        if self.collapsed == Moment::After && self.fit.points().is_none() {
+            let range = "before where boxes are not fitted by dito12, dito14, dito20, dito26 or hybrid";
+            return refuse("the moment of the collapse", self.collapsed.name().into(), range);
+        }
+        if self.directions != Directions::Book && !self.fit.has_points() {
+            let range = "book where no box is fitted by dito12, dito14, dito20, dito26, hybrid or auto";
+            return refuse("the set of directions", self.directions.name().into(), range);
         }
         if !self.fit.is_in_range() {
-            let range = "by 12, 14, 20 or 26 points, of degree 1 to 8, or of 1 to 16 own bases";
+            let range = "by 12, 14, 20 or 26 points, or of 1 to 16 own bases";
             return refuse("the fit of boxes", format!("{:?}", self.fit), range);
         }
         if ![c.traversal_cost, c.node_cost, c.triangle_cost, self.oriented_cost].into_iter().all(positive) {

@@ -44,12 +44,17 @@ pub(super) struct BuildReport {
     #[serde(skip_serializing_if = "Option::is_none")]
     radius: Option<u32>,
     max_leaf: u32,
+    collapse: &'static str,
     fit: &'static str,
     #[serde(skip_serializing_if = "Option::is_none")]
     bases: Option<&'static str>,
     node_cost: f32,
     #[serde(skip_serializing_if = "Option::is_none")]
     oriented_cost: Option<f32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    threshold: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    directions: Option<&'static str>,
     #[serde(skip_serializing_if = "Option::is_none")]
     local_search: Option<u32>,
     /// Of a binary node and of a triangle.
@@ -103,10 +108,13 @@ impl BuildReport {
             morton: recipe.builder.wants_codes().then_some(recipe.morton.name()),
             radius: recipe.builder.has_radius().then_some(recipe.radius),
             max_leaf: recipe.collapse.max_leaf,
+            collapse: recipe.collapsed.name(),
             fit: recipe.fit.name(),
             bases: recipe.builder.bases().or(recipe.fit.bases()).map(|b| b.generator.name()),
             node_cost: recipe.collapse.node_cost,
             oriented_cost: (recipe.fit != Fit::Aabb).then_some(recipe.oriented_cost),
+            threshold: recipe.threshold,
+            directions: recipe.fit.has_points().then_some(recipe.directions.name()),
             local_search: (recipe.local_search > 0).then_some(recipe.local_search),
             sah_costs: [recipe.collapse.traversal_cost, recipe.collapse.triangle_cost],
             runs: builds.device.runs,

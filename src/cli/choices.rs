@@ -2,73 +2,14 @@
 
 use super::Global;
 use crate::bench::{Costs, bytes_of};
-use crate::bvh::{Collapse, Fit, Generator, Method, Morton, Recipe};
+use crate::bvh::{Collapse, Directions, Fit, Generator, Method, Moment, Morton, Recipe};
 use crate::device::Device;
 use crate::scene::Transform;
 use crate::trace::{Precision, RayOrder};
-use anyhow::Result;
+use anyhow::{Result, bail};
 use clap::ValueEnum;
-use clap::builder::PossibleValue;
 use std::path::PathBuf;
 use std::sync::Arc;
-
-impl ValueEnum for Method {
-    fn value_variants<'a>() -> &'a [Self] {
-        Self::ALL
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(PossibleValue::new(self.name).help(self.what))
-    }
-}
-
-impl ValueEnum for Fit {
-    fn value_variants<'a>() -> &'a [Self] {
-        &Self::ALL
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(PossibleValue::new(self.name()).help(match self {
-            Self::Aabb => "Axis-aligned",
-            Self::Auto => "Of these what the scene needs, which rays take where they are faster",
-            Self::Dito(_) => "Oriented where that costs less, by DiTO from so many extremal points",
-            Self::Odop(_) => "Oriented where that costs less, in the best of D³ bases: see --bases",
-            Self::Own(_) => "Likewise, of up to 16 bases that most of the scene's triangles share",
-            Self::Hybrid => "Likewise, and by DiTO from 14 points where that costs less still",
-        }))
-    }
-}
-
-impl ValueEnum for Generator {
-    fn value_variants<'a>() -> &'a [Self] {
-        &Self::ALL
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(PossibleValue::new(self.name()).help(match self {
-            Self::Grid => "A grid of rotations, none among them",
-            Self::Uniform => "Random ones in the same cube",
-            Self::Sphere => "Quarter turns about random axes",
-            Self::Zone => "None, and others spread evenly over all orientations of a box",
-        }))
-    }
-}
-
-impl ValueEnum for Morton {
-    fn value_variants<'a>() -> &'a [Self] {
-        &Self::ALL
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(PossibleValue::new(self.name()).help(match self {
-            Self::Auto => "30 bits, and 63 where too many triangles share a code",
-            Self::Bits30 => "10 bits an axis",
-            Self::Bits63 => "21 bits an axis",
-            Self::Ext4 => "63 bits, every fourth of the triangle's size",
-            Self::Ext7 => "63 bits, every seventh of the triangle's size",
-        }))
-    }
-}
 
 /// Which triangle test.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -193,9 +134,15 @@ pub(super) struct RecipeArgs {
     /// Boxes of nodes, instead of the builder's own.
     #[arg(long, value_enum)]
     fit: Option<Fit>,
+    /// Of hybrid: nodes of more triangles than N are fitted to bases only, the others by DiTO only. Default: all by both.
+    #[arg(long, value_name = "N")]
+    threshold: Option<u32>,
     /// Where the bases of odop1 to odop8 come from, those of the builder and of the boxes. Default: grid.
     #[arg(long, value_enum)]
     bases: Option<Generator>,
+    /// Directions in which DiTO looks for extremal points.
+    #[arg(long, value_enum, default_value_t = Recipe::default().directions)]
+    directions: Directions,
     /// Cost of visiting an oriented node, beside --node-cost: oriented boxes stay where they cost less. Default: 6; that of
     /// --costs measured.
     #[arg(long, value_name = "cO", value_parser = cost)]
@@ -203,6 +150,9 @@ pub(super) struct RecipeArgs {
     /// Evaluations of a local search for a smaller box after each fit by DiTO: 0–1024.
     #[arg(long, value_name = "N", default_value_t = Recipe::default().local_search, value_parser = clap::value_parser!(u32).range(0..=1024))]
     local_search: u32,
+    /// Whether leaves and nodes of four are chosen before or after boxes are fitted.
+    #[arg(long, value_enum, value_name = "MOMENT", default_value_t = Recipe::default().collapsed)]
+    collapse: Moment,
     /// Triangles that a leaf may hold: 1–64.
     #[arg(long, value_name = "N", default_value_t = Recipe::default().collapse.max_leaf, value_parser = clap::value_parser!(u32).range(1..=64))]
     max_leaf: u32,
@@ -227,12 +177,19 @@ impl RecipeArgs {
                 Recipe { collapse: Collapse { traversal_cost, triangle_cost, ..book.collapse }, ..book }
             }
         };
-        Ok(self.with_costs(priced))
+        let recipe = self.with_costs(priced);
+        if self.bases.is_some() && recipe.builder.bases().or(recipe.fit.bases()).is_none() {
+            bail!(
+                "--bases is for builders and fits that have some, odop1 to odop8: choose one of them, or leave it out"
+            );
+        }
+        Ok(recipe)
     }
 
     /// The same for the library, with the costs of `priced` where none are given.
     fn with_costs(&self, priced: Recipe) -> Recipe {
-        let Self { builder, morton, radius, local_search, max_leaf, memory, .. } = *self;
+        let Self { builder, morton, radius, threshold, directions, local_search, max_leaf, memory, .. } =
+            *self;
         let node_cost = self.node_cost.unwrap_or(priced.collapse.node_cost);
         let collapse = Collapse { node_cost, max_leaf, ..priced.collapse };
         let oriented_cost = self.oriented_cost.unwrap_or(priced.oriented_cost);
@@ -240,7 +197,20 @@ impl RecipeArgs {
         if let Some(generator) = self.bases {
             (builder, fit) = (builder.with_generator(generator), fit.with_generator(generator));
         }
-        Recipe { builder, morton, radius, collapse, fit, oriented_cost, local_search, memory }
+        let collapsed = self.collapse;
+        Recipe {
+            builder,
+            morton,
+            radius,
+            collapse,
+            collapsed,
+            fit,
+            threshold,
+            oriented_cost,
+            directions,
+            local_search,
+            memory,
+        }
     }
 }
 

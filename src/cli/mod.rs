@@ -16,6 +16,7 @@ mod image;
 mod query;
 mod render;
 mod scenes;
+mod values;
 
 use crate::device::{Device, Options};
 use crate::scene::{self, Progress, Scene};

@@ -9,15 +9,11 @@ use super::rays::{outer, unit};
 use crate::abi::{INVALID, Node, Range};
 use crate::bvh::frame::{STEPS, along, words};
 use crate::bvh::raw::half_area;
-use crate::bvh::{Child, HostTree};
+use crate::bvh::{Child, HostTree, Recipe};
 use glam::Vec3;
 
 /// Squared, of the longest distance: points this near to a line or a plane lie in it.
 const FLAT: f32 = 1e-12;
-/// (√5 − 1) / 2.
-const A: f32 = 0.618_034;
-const B: f32 = 1.618_034;
-
 /// What is known of a child of a packed node, or of the root.
 #[derive(Debug, Clone)]
 pub struct Slot {
@@ -34,41 +30,6 @@ impl Default for Slot {
     fn default() -> Self {
         Self { range: Range { first: 0, count: 0 }, points: vec![], frame: [0; 2] }
     }
-}
-
-/// Directions of a set of `points` extremal points.
-pub fn directions(points: u32) -> Vec<Vec3> {
-    let v = Vec3::new;
-    let mut all = match points {
-        12 => {
-            return vec![
-                v(0., 1., A),
-                v(0., 1., -A),
-                v(1., A, 0.),
-                v(-1., A, 0.),
-                v(A, 0., 1.),
-                v(A, 0., -1.),
-            ];
-        }
-        20 => {
-            let golden = [v(0., A, B), v(0., A, -B), v(A, B, 0.), v(A, -B, 0.), v(B, 0., A), v(B, 0., -A)];
-            let corners = [v(1., 1., 1.), v(1., 1., -1.), v(1., -1., 1.), v(1., -1., -1.)];
-            return [&golden[..], &corners].concat();
-        }
-        _ => vec![Vec3::X, Vec3::Y, Vec3::Z],
-    };
-    all.extend([v(1., 1., 1.), v(1., 1., -1.), v(1., -1., 1.), v(1., -1., -1.)]);
-    if points == 26 {
-        all.extend([
-            v(1., 1., 0.),
-            v(1., -1., 0.),
-            v(1., 0., 1.),
-            v(1., 0., -1.),
-            v(0., 1., 1.),
-            v(0., 1., -1.),
-        ]);
-    }
-    all
 }
 
 /// Of `all` the points that are least and greatest along each direction, the first where several are.
@@ -97,13 +58,13 @@ pub fn corners(tree: &HostTree, anchor: [f32; 3], place: u32) -> [Vec3; 3] {
 }
 
 /// Every slot: 4 i + k is child k of node i, and the root's comes last.
-/// `local_search` evaluations refine each fit.
-pub fn fit(tree: &HostTree, anchor: [f32; 3], points: u32, local_search: u32) -> Vec<Slot> {
+/// `points` extremal points each, as `recipe` has them; beyond its threshold none, and no frame.
+pub fn fit(tree: &HostTree, anchor: [f32; 3], points: u32, recipe: &Recipe) -> Vec<Slot> {
     let mut slots = vec![Slot::default(); 4 * tree.nodes.len() + 1];
-    let directions = directions(points);
-    climb(tree, anchor, &directions, tree.root, 4 * tree.nodes.len(), &mut slots);
-    for slot in slots.iter_mut().filter(|s| s.range.count > 0) {
-        slot.frame = improved(fitted(&slot.points), &slot.points, local_search);
+    climb(tree, anchor, &recipe.directions.of(points), tree.root, 4 * tree.nodes.len(), &mut slots);
+    let most = recipe.most_of_points();
+    for slot in slots.iter_mut().filter(|s| (1..=most).contains(&s.range.count)) {
+        slot.frame = improved(fitted(&slot.points), &slot.points, recipe.local_search);
     }
     slots
 }

@@ -6,11 +6,11 @@
 //! below in the frame that DiTO finds from 14 extremal points.
 
 use super::collapse::is_leaf;
-use super::dito::{directions, extremes, fitted};
+use super::dito::{extremes, fitted};
 use super::tight::{AXES, BOOK, least_area};
 use crate::abi::{LEAF_BIT, RAW_MASK, RawCut, RawNode};
-use crate::bvh::Stages;
 use crate::bvh::frame::{Frame, is_oriented};
+use crate::bvh::{Directions, Stages};
 use crate::scene::Scene;
 use glam::Vec3;
 use rayon::prelude::*;
@@ -102,7 +102,7 @@ fn oriented_area(points: &[Vec3]) -> Option<f64> {
     let found = if points.len() <= POINTS as usize {
         fitted(&points.iter().copied().cycle().take(POINTS as usize).collect::<Vec<_>>())
     } else {
-        fitted(&extremes(points, &directions(POINTS)))
+        fitted(&extremes(points, &Directions::Book.of(POINTS)))
     };
     let frame = is_oriented(found).then(|| Frame::of(found))?;
     Some(least_area(frame.rows, frame.stretch(), points))

@@ -21,6 +21,7 @@ pub mod ploc;
 pub mod quality;
 pub mod rays;
 pub mod raysort;
+pub mod recut;
 pub mod reference;
 pub mod scan;
 pub mod sort;
@@ -31,7 +32,7 @@ pub mod validate;
 use crate::abi::Aabb;
 use crate::bvh::orientation::sample;
 use crate::bvh::raw::HostRawTree;
-use crate::bvh::{Builder, HostTree, Recipe, auto};
+use crate::bvh::{Builder, HostTree, Moment, Recipe, auto};
 use crate::scene::Scene;
 
 /// What each stage of a build comes to: the twin of `bvh::Stages`, and the tree.
@@ -74,7 +75,11 @@ pub fn build(scene: &Scene, recipe: &Recipe) -> Built {
         }
         Builder::Binned => binned::split(scene, &space, &recipe.collapse),
     };
+    let trials = auto::trials(recipe.fit, &sample(scene));
     let raw = raw.map(|mut tree| {
+        if let Some(points) = trials.points.filter(|_| recipe.collapsed == Moment::After) {
+            recut::choose(scene, &order, &space, &mut tree, points, recipe);
+        }
         collapse::expand(&mut tree);
         let kept = collapse::number(&tree, &recipe.collapse);
         (tree, kept)
@@ -82,7 +87,6 @@ pub fn build(scene: &Scene, recipe: &Recipe) -> Built {
     let parts = raw.as_ref().map(|(tree, kept)| (tree, kept));
     let mut tree = layout::pack(scene, &order, &space, recipe.collapse.max_leaf, parts);
     let mut oriented = 0;
-    let trials = auto::trials(recipe.fit, &sample(scene));
     if !trials.bases.is_empty() {
         oriented += odopfit::fit(&mut tree, space.anchor, &trials.bases, recipe);
     }

@@ -23,6 +23,11 @@ pub fn fit(tree: &mut HostTree, anchor: [f32; 3], frames: &[[u32; 2]], recipe: &
                 all
             })
             .collect();
+        // Three corners a triangle.
+        let count: usize = below.iter().map(|all| all.len() / 3).sum();
+        if count as u32 <= recipe.least_of_bases() {
+            continue;
+        }
         if let Some((words, boxes)) = choose(tree, &costs, i, &below, frames) {
             oriented += costs.pack(tree, i, words, &boxes);
         }

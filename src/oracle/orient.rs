@@ -23,7 +23,7 @@ pub fn orient(tree: &mut HostTree, anchor: [f32; 3], points: u32, recipe: &Recip
     if tree.root == INVALID {
         return 0;
     }
-    let slots = fit(tree, anchor, points, recipe.local_search);
+    let slots = fit(tree, anchor, points, recipe);
     let costs = Costs::of(recipe);
     // Slot above each node.
     let mut above = vec![4 * tree.nodes.len(); tree.nodes.len()];
@@ -33,7 +33,8 @@ pub fn orient(tree: &mut HostTree, anchor: [f32; 3], points: u32, recipe: &Recip
         }
     }
     let mut oriented = 0;
-    for i in 0..tree.nodes.len() {
+    let most = recipe.most_of_points();
+    for i in (0..tree.nodes.len()).filter(|i| slots[above[*i]].range.count <= most) {
         let words = costs.choose(tree, &tree.nodes[i], &slots[4 * i..4 * i + 4], slots[above[i]].frame);
         if is_oriented(words) {
             let frame = Frame::of(words);

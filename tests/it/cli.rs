@@ -226,6 +226,16 @@ fn builders_and_codes_go_by_their_names() {
     assert_eq!((&json["builder"], &json["morton"]), (&"sah".into(), &Value::Null));
     assert!(json["build_host_ms"].as_f64() > Some(0.0), "{json}");
     folder.fails(&["build", "two.tri", "--morton", "31"], 2, "31");
+    // Choices that don't go with the builder.
+    for (args, word) in [
+        (["--builder", "dito", "--bases", "zone"], "odop1 to odop8"),
+        (["--builder", "odop4", "--bases", "dito14"], "1 to 3"),
+        (["--builder", "odop4", "--directions", "zone"], "dito14"),
+        (["--builder", "odop4", "--collapse", "after"], "hybrid"),
+        (["--builder", "dito", "--threshold", "9"], "hybrid"),
+    ] {
+        folder.fails(&[&["build", "two.tri"][..], &args].concat(), 1, word);
+    }
 }
 
 #[test]

@@ -4,8 +4,9 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::soup::Random;
+use boxwood::bvh::Directions;
 use boxwood::bvh::frame::Frame;
-use boxwood::oracle::dito::{directions, extent, fitted, frame_words, improved, kept};
+use boxwood::oracle::dito::{extent, fitted, frame_words, improved, kept};
 use boxwood::oracle::fits::{KINDS, Method, Row, Settings, measure};
 use glam::{DMat3, DQuat, Vec3};
 
@@ -19,7 +20,7 @@ fn rotation(random: &mut Random) -> DMat3 {
 
 /// What a slot holds of a set.
 fn extremes(all: &[Vec3], points: u32) -> Vec<Vec3> {
-    kept(all, &directions(points))
+    kept(all, &Directions::Book.of(points))
 }
 
 /// Half area of the box in a frame, as it is in unit space.
@@ -133,6 +134,9 @@ fn boxes_are_near_the_least() {
         (Method::Dito(14), 2.3),
         (Method::Dito(20), 2.1),
         (Method::Dito(26), 1.7),
+        (Method::Along(14, Directions::Grid), 2.4),
+        (Method::Along(14, Directions::Zone), 2.8),
+        (Method::Along(26, Directions::Zone), 1.9),
         (Method::Exact(14), 1.6),
         (Method::Searched(26), 1.3),
     ] {

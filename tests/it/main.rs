@@ -27,6 +27,7 @@ mod ploc;
 mod quality;
 mod rays;
 mod raysort;
+mod recut;
 mod scan;
 mod scene;
 mod shaders;

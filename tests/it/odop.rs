@@ -22,7 +22,7 @@ fn every_degree_and_generator_equals_the_twin() {
     let device = quiet();
     let soup = scene(&random(130, 0.3, 1));
     for generator in Generator::ALL {
-        for degree in 1..=8 {
+        for degree in 1..=generator.most_degree() {
             let recipe = odop(generator, degree);
             assert_twin("bases", &device, &soup, &recipe);
             // One basis a group at first.
@@ -145,6 +145,9 @@ fn too_little_memory_is_told() {
     let bad = odop(Generator::Grid, 9);
     let error = bvh::build(&device, &buffers, &bad, Timing::Off).unwrap_err();
     assert!(error.to_string().contains("1 to 8"), "{error}");
+    let bad = odop(Generator::Dito(14), 4);
+    let error = bvh::build(&device, &buffers, &bad, Timing::Off).unwrap_err();
+    assert!(error.to_string().contains("1 to 3"), "{error}");
 }
 
 #[test]

@@ -7,7 +7,7 @@ use crate::gpu::{gpu, quiet, quiet_on};
 use crate::matrix::{assert_same_tree, assert_twin, build, gpu_shaped, narrow};
 use crate::orient::{found, rays, slivers, stats};
 use crate::soup::{Corners, grid, moved, named, random, scene};
-use boxwood::bvh::{self, Bases, Builder, Fit, Generator, Recipe, SceneBuffers};
+use boxwood::bvh::{self, Bases, Builder, Fit, Generator, HostTree, Recipe, SceneBuffers};
 use boxwood::device::{Device, Shape, Timing};
 use boxwood::trace::{Batch, Options, Query};
 use std::sync::{Arc, OnceLock};
@@ -54,7 +54,7 @@ fn every_degree_and_generator_equals_the_twin() {
         assert_eq!(built.bvh.oriented > 0, degree > 1, "{degree}");
     }
     for generator in Generator::ALL {
-        for degree in [1, 3] {
+        for degree in [1, generator.most_degree().min(4)] {
             assert_twin("generators", &device, &soup, &odop(generator, degree));
         }
     }
@@ -69,6 +69,43 @@ fn own_bases_and_hybrids_equal_the_twin() {
             assert!(built.bvh.oriented == twin.oriented && twin.oriented > 0, "{fit:?}");
         }
     }
+}
+
+#[test]
+fn thresholds_equal_the_twin() {
+    for device in [gpu, narrow, gpu_shaped] {
+        let device = quiet_on(device);
+        for (name, soup) in [("slivers", scene(&slivers(1500, 7))), ("city", named("city-rotated:3k"))] {
+            for threshold in [0, 1, 8, 60, 1500, 100_000] {
+                for local_search in [0, 6] {
+                    let recipe = Recipe { threshold: Some(threshold), local_search, ..recipe(Fit::Hybrid) };
+                    let (built, twin) = assert_twin(name, &device, &soup, &recipe);
+                    assert_eq!(built.bvh.oriented, twin.oriented, "{threshold}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn thresholds_part_bases_from_points() {
+    let device = quiet();
+    let soup = named("city-rotated:3k");
+    let tree = |recipe: Recipe| build(&device, &soup, &recipe).0.bvh.read().unwrap();
+    let hybrid = |threshold| tree(Recipe { threshold: Some(threshold), ..recipe(Fit::Hybrid) });
+    // All nodes are above, or none is.
+    assert_same_tree("bases", &hybrid(0), &tree(recipe(Fit::Own(16))));
+    assert_same_tree("points", &hybrid(1 << 20), &tree(recipe(Fit::Dito(14))));
+    let oriented = |tree: &HostTree| tree.nodes.iter().map(|n| n.frame).collect::<Vec<_>>();
+    let [bases, points] = [0, 1 << 20].map(|threshold| oriented(&hybrid(threshold)));
+    let mixed = oriented(&hybrid(50));
+    assert!(mixed != bases && mixed != points);
+    // Each node has a frame of one or the other.
+    assert!((0..mixed.len()).all(|i| mixed[i] == bases[i] || mixed[i] == points[i]));
+    let buffers = SceneBuffers::upload(&device, &soup).unwrap();
+    let bad = Recipe { threshold: Some(9), ..recipe(Fit::Dito(14)) };
+    let error = bvh::build(&device, &buffers, &bad, Timing::Off).unwrap_err().to_string();
+    assert!(error.contains("threshold") && error.contains("hybrid"), "{error}");
 }
 
 #[test]

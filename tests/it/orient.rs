@@ -7,7 +7,7 @@ use crate::gpu::{gpu, quiet, quiet_on};
 use crate::matrix::{assert_twin, gpu_shaped, narrow};
 use crate::soup::{Corners, grid, moved, named, random, random_rays, ray, scene};
 use boxwood::abi::{Hit, Ray};
-use boxwood::bvh::{self, Builder, Fit, Recipe, SceneBuffers};
+use boxwood::bvh::{self, Builder, Directions, Fit, Recipe, SceneBuffers};
 use boxwood::device::{Device, Timing};
 use boxwood::oracle::validate::{Claims, Stats, validate};
 use boxwood::scene::Scene;
@@ -60,6 +60,36 @@ fn every_fit_equals_the_twin() {
         let (built, _) = assert_twin("fits", &device, &soup, &Recipe { fit, ..dito(14) });
         assert_eq!(built.bvh.oriented > 0, fit != Fit::Aabb);
     }
+}
+
+#[test]
+fn generated_directions_equal_the_twins() {
+    for device in [gpu, narrow, gpu_shaped] {
+        let device = quiet_on(device);
+        for directions in Directions::ALL {
+            for (points, n) in [(12, 65), (14, 600), (20, 300), (26, 300)] {
+                let recipe = Recipe { directions, ..dito(points) };
+                let soup = scene(&random(n, 0.3, n as u64));
+                let (built, _) = assert_twin("directions", &device, &soup, &recipe);
+                assert!(built.bvh.oriented > 0, "{directions:?}, {points} points");
+            }
+        }
+    }
+}
+
+#[test]
+fn directions_matter_and_want_dito() {
+    let soup = scene(&random(2000, 0.1, 3));
+    let areas = Directions::ALL.map(|directions| {
+        let stats = stats(&soup, &Recipe { directions, ..dito(14) });
+        (stats.box_area / stats.aabb_area).to_bits()
+    });
+    assert!((1..5).all(|i| !areas[..i].contains(&areas[i])), "{areas:?}");
+    let device = quiet();
+    let buffers = SceneBuffers::upload(&device, &soup).unwrap();
+    let bad = Recipe { directions: Directions::Zone, ..Recipe::default() };
+    let error = bvh::build(&device, &buffers, &bad, Timing::Off).unwrap_err().to_string();
+    assert!(error.contains("zone") && error.contains("dito14"), "{error}");
 }
 
 #[test]

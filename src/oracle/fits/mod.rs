@@ -8,9 +8,9 @@ mod sets;
 pub use optimum::Optimum;
 pub use sets::{KINDS, Kind};
 
-use super::dito::{candidates, directions, fitted, frame_words, improved, kept};
+use super::dito::{candidates, fitted, frame_words, improved, kept};
 use crate::bvh::frame::Frame;
-use crate::bvh::{Bases, Generator};
+use crate::bvh::{Bases, Directions, Generator};
 use glam::{DMat3, DVec3, Vec3};
 use rayon::prelude::*;
 
@@ -21,6 +21,8 @@ pub enum Method {
     Aabb,
     /// DiTO from so many extremal points.
     Dito(u32),
+    /// Likewise along these directions.
+    Along(u32, Directions),
     /// The least of the boxes of fixed bases.
     Odop(Bases),
     /// DiTO's candidates from so many extremal points, each measured on all points.
@@ -35,7 +37,7 @@ const fn odop(generator: Generator, degree: u32) -> Method {
 
 impl Method {
     /// All that the table has.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 26] = [
         Self::Aabb,
         Self::Dito(12),
         Self::Dito(14),
@@ -49,6 +51,16 @@ impl Method {
         odop(Generator::Zone, 3),
         odop(Generator::Zone, 4),
         odop(Generator::Zone, 5),
+        Self::Along(14, Directions::Grid),
+        Self::Along(14, Directions::Uniform),
+        Self::Along(14, Directions::Sphere),
+        Self::Along(14, Directions::Zone),
+        Self::Along(26, Directions::Grid),
+        Self::Along(26, Directions::Sphere),
+        Self::Along(26, Directions::Zone),
+        odop(Generator::Dito(14), 3),
+        odop(Generator::Dito(12), 4),
+        odop(Generator::Dito(20), 5),
         Self::Exact(14),
         Self::Searched(14),
         Self::Searched(26),
@@ -59,6 +71,7 @@ impl Method {
         match self {
             Self::Aabb => "aabb".into(),
             Self::Dito(points) => format!("dito{points}"),
+            Self::Along(points, directions) => format!("dito{points} {}", directions.name()),
             Self::Odop(Bases { generator: Generator::Grid, degree }) => format!("odop{degree}"),
             Self::Odop(Bases { generator, degree }) => format!("odop{degree} {}", generator.name()),
             Self::Exact(points) => format!("dito{points} exact"),
@@ -69,10 +82,11 @@ impl Method {
     /// Frames of which that of the least box around `all` is taken, as nodes of trees take none where it doesn't pay; local
     /// search takes so many evaluations.
     fn frames(self, all: &[Vec3], evaluations: u32) -> Vec<[u32; 2]> {
-        let points = |count| kept(all, &directions(count));
+        let points = |count| kept(all, &Directions::Book.of(count));
         match self {
             Self::Aabb => vec![[0; 2]],
             Self::Dito(count) => vec![[0; 2], fitted(&points(count))],
+            Self::Along(count, directions) => vec![[0; 2], fitted(&kept(all, &directions.of(count)))],
             Self::Odop(bases) => bases.frames(),
             Self::Exact(count) => {
                 let points = points(count);
