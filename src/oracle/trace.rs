@@ -1,5 +1,9 @@
-//! Twin of `glsl/trace/single.comp` with the robust test; the other kernels give the same hits. Signs that the kernel
+//! Twin of `glsl/trace/single.comp`, and of `glsl/trace/binary.comp`, with the robust test; the other kernels give the same hits. Signs that the kernel
 //! takes from integers are taken from f64 here, in which a product of two f32 is exact.
+
+mod binary;
+
+pub use binary::BinaryNodes;
 
 use super::morton::Space;
 use crate::abi::{Hit, INVALID, LEAF_BIT, Node, ORIENTED_BIT, Ray, TRIANGLE_WORDS, Tests};
@@ -273,6 +277,31 @@ struct Nearest {
     uv: [f32; 2],
 }
 
+/// Nodes that rays walk.
+pub trait Nodes {
+    /// Node or leaf, or [`INVALID`].
+    fn root(&self) -> u32;
+    /// The children of a node that a ray meets before `t_max`, farthest first, each with the key that sorts it; counts
+    /// what was tested.
+    fn met(&self, s: &Setup, node: u32, t_max: f32, tests: &mut Tests) -> Vec<(i32, u32)>;
+}
+
+impl Nodes for HostTree {
+    fn root(&self) -> u32 {
+        self.root
+    }
+
+    fn met(&self, s: &Setup, node: u32, t_max: f32, tests: &mut Tests) -> Vec<(i32, u32)> {
+        let n = &self.nodes[node as usize];
+        let boxes = n.children.iter().filter(|child| **child != INVALID).count() as u32;
+        *(if in_frame(n) { &mut tests.oriented } else { &mut tests.boxes }) += boxes;
+        let mut keys = meet_children(s, n, t_max);
+        keys.sort_unstable();
+        let met = keys.iter().rev().filter(|key| **key < MISSED);
+        met.map(|key| (*key, n.children[(key & 3) as usize])).collect()
+    }
+}
+
 /// A tree and its unit space.
 #[derive(Debug, Clone, Copy)]
 pub struct Tree<'a> {
@@ -296,16 +325,17 @@ impl Tree<'_> {
         (std::array::from_fn(|c| std::array::from_fn(|k| word(3 * c + k))), self.tree.triangles[at + 9])
     }
 
-    /// Walks the tree, nearer child first. `leaf` tests triangle `place` and returns whether the walk ends.
+    /// Walks `nodes`, nearer child first. `leaf` tests triangle `place` and returns whether the walk ends.
     fn walk(
         &self,
+        nodes: &impl Nodes,
         s: &Setup,
         nearest: &mut Nearest,
         mut leaf: impl FnMut(u32, &mut Nearest) -> bool,
     ) -> Tests {
         let mut tests = Tests { boxes: 0, oriented: 0, triangles: 0, pad: 0 };
         let mut stack =
-            if s.valid { vec![(f32::NEG_INFINITY.to_bits() as i32, self.tree.root)] } else { vec![] };
+            if s.valid { vec![(f32::NEG_INFINITY.to_bits() as i32, nodes.root())] } else { vec![] };
         while let Some((key, node)) = stack.pop() {
             if node == INVALID || entered(key) > nearest.t {
                 continue;
@@ -320,22 +350,21 @@ impl Tree<'_> {
                 }
                 continue;
             }
-            let n = &self.tree.nodes[node as usize];
-            let boxes = n.children.iter().filter(|child| **child != INVALID).count() as u32;
-            *(if in_frame(n) { &mut tests.oriented } else { &mut tests.boxes }) += boxes;
-            let mut keys = meet_children(s, n, nearest.t);
-            keys.sort_unstable();
-            let met = keys.iter().rev().filter(|key| **key < MISSED);
-            stack.extend(met.map(|key| (*key, n.children[(key & 3) as usize])));
+            stack.extend(nodes.met(s, node, nearest.t, &mut tests));
         }
         tests
     }
 
     /// The nearest hit of `ray`, of equal t that of the lowest index, and what was tested.
     pub fn closest(&self, ray: &Ray) -> (Hit, Tests) {
+        self.closest_by(self.tree, ray)
+    }
+
+    /// Likewise, by other nodes over the same leaves.
+    pub fn closest_by(&self, nodes: &impl Nodes, ray: &Ray) -> (Hit, Tests) {
         let s = prepare(ray, self.space);
         let mut nearest = Nearest { t: s.t_max, triangle: INVALID, uv: [0.0; 2] };
-        let tests = self.walk(&s, &mut nearest, |place, nearest| {
+        let tests = self.walk(nodes, &s, &mut nearest, |place, nearest| {
             let (corners, index) = self.triangle(place);
             let Some(m) = self.meet(&s, corners) else { return false };
             let over = 1.0 / m.det;
@@ -354,10 +383,15 @@ impl Tree<'_> {
 
     /// Whether `ray` hits anything: t is 0 where it does; and what was tested.
     pub fn any(&self, ray: &Ray) -> (Hit, Tests) {
+        self.any_by(self.tree, ray)
+    }
+
+    /// Likewise, by other nodes over the same leaves.
+    pub fn any_by(&self, nodes: &impl Nodes, ray: &Ray) -> (Hit, Tests) {
         let s = prepare(ray, self.space);
         let mut occluded = false;
         let mut nearest = Nearest { t: s.t_max, triangle: INVALID, uv: [0.0; 2] };
-        let tests = self.walk(&s, &mut nearest, |place, _| {
+        let tests = self.walk(nodes, &s, &mut nearest, |place, _| {
             occluded |= self.meet(&s, self.triangle(place).0).is_some_and(|m| {
                 let (depth, det) = if m.det < 0.0 { (-m.depth, -m.det) } else { (m.depth, m.det) };
                 depth >= s.t_min * det && depth <= s.t_max * det
