@@ -13,9 +13,11 @@ use std::io::Write;
 /// Secondary rays of a kind at most, by default.
 const SAMPLE: u32 = 1 << 18;
 
-/// Trace rays through a scene's tree in several node layouts, in turn: the packed tree's node of four children that share
-/// a frame, and of the same binary tree, with the same leaves, nodes of two axis-aligned boxes (64 bytes), of two oriented
-/// boxes as matrices (112 bytes), and of either.
+/// Trace rays through a scene's tree in several node layouts, in turn.
+///
+/// packed: the node that all else of boxwood traces, four children that share a frame; packed-aabb: the same where no node
+/// has one. Of the same binary tree, with the same leaves: aabb64, nodes of two axis-aligned boxes; obb112, of two oriented
+/// ones as matrices; mixed, of either, the cheaper by --oriented-cost.
 ///
 /// Layouts take turns, each ray alone in an invocation; medians, ± the range between the quartiles in per cent. The binary
 /// trees are made on the host, with DiTO's boxes from 14 extremal points; their build isn't timed. Exits with 1 where a
