@@ -23,6 +23,14 @@ constants! {
     WIDTH = 4;
     /// Set in a packed node's exponents: its boxes lie in its frame. So that a ray fetches no frame where there is none.
     ORIENTED_BIT = 0x0100_0000;
+    /// Set in a reference to a node of a binary tree: it is in the array of those with oriented boxes.
+    OBB_BIT = 0x4000_0000;
+    /// Nodes of a binary tree: with axis-aligned boxes.
+    LAYOUT_AABB = 0;
+    /// With oriented boxes.
+    LAYOUT_OBB = 1;
+    /// With either.
+    LAYOUT_MIXED = 2;
     /// Set in a raw node's choices: the packed tree keeps it.
     KEPT_BIT = 0x40;
     /// Words of a triangle in a packed tree: nine coordinates and the input index.
@@ -79,4 +87,6 @@ constants! {
     SPEC_BASES = 13;
     /// 1: extremal points are taken along directions from a buffer.
     SPEC_DIRECTIONS = 14;
+    /// Layout of a binary tree's nodes.
+    SPEC_LAYOUT = 15;
 }

@@ -116,6 +116,40 @@ abi! {
         /// Rotation from unit space to the boxes' axes: see `glsl/lib/frame.glsl`; 0: none, the boxes are axis-aligned.
         frame: [u32; 2],
     }
+    /// A node of a binary tree with axis-aligned boxes, the literature's 64 bytes: see `src/trace/layouts.rs`.
+    struct AabbNode {
+        /// First child's box, unit space.
+        left: Aabb,
+        /// Second child's.
+        right: Aabb,
+        /// Node, with [`OBB_BIT`] where it is an [`ObbNode`], or leaf as [`Node::children`] has it.
+        children: [u32; 2],
+        /// 0: a whole line.
+        pad: [u32; 2],
+    }
+    /// An oriented box, by the rows of the matrix that takes unit space to a cube of edge 1 around the origin, which holds
+    /// it. Of an axis-aligned one (see [`ObbNode`]) the least corner and the greatest are the first six numbers.
+    struct Obb {
+        /// First.
+        x: [f32; 4],
+        /// Second.
+        y: [f32; 4],
+        /// Third.
+        z: [f32; 4],
+    }
+    /// A node of a binary tree with oriented boxes, the literature's 112 bytes.
+    struct ObbNode {
+        /// First child's box.
+        left: Obb,
+        /// Second child's.
+        right: Obb,
+        /// As [`AabbNode::children`].
+        children: [u32; 2],
+        /// Bit k: child k's box is axis-aligned. 0 where a tree has nothing but oriented ones.
+        aligned: u32,
+        /// 0: a whole number of pairs.
+        pad: u32,
+    }
     /// Triangles below a child of a packed node.
     struct Range {
         /// The first.

@@ -136,6 +136,8 @@ pub const PAIRS: &[&str] = &[
     "RawNode",
     "RawCut",
     "Node",
+    "AabbNode",
+    "ObbNode",
     "Range",
     "PackedTriangle",
     "Tests",

@@ -4,7 +4,7 @@ use crate::abi::{Aabb, Ray};
 use crate::bvh::Recipe;
 use crate::scene::Transform;
 use crate::trace::rays::{Light, Secondary};
-use crate::trace::{BATCH, RayOrder};
+use crate::trace::{BATCH, Query, RayOrder};
 use std::fmt;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -39,6 +39,14 @@ impl RayKind {
         }
     }
 
+    /// What is asked of its rays.
+    pub fn query(self) -> Query {
+        match self {
+            Self::Primary | Self::Diffuse => Query::Closest,
+            Self::Ao | Self::Shadow => Query::Any,
+        }
+    }
+
     /// How its rays leave the primaries' hits in a scene within `bounds`; none for primaries.
     pub fn secondary(self, bounds: &Aabb) -> Option<Secondary> {
         match self {
@@ -58,7 +66,7 @@ pub struct RayFile {
     /// Its rays.
     pub rays: Arc<[Ray]>,
     /// What is asked of them.
-    pub query: crate::trace::Query,
+    pub query: Query,
 }
 
 /// Rays to be traced.
@@ -77,8 +85,8 @@ impl fmt::Display for RaySet {
             Self::Made(kind) => f.write_str(kind.name()),
             Self::File(file) => {
                 let query = match file.query {
-                    crate::trace::Query::Closest => "file",
-                    crate::trace::Query::Any => "any",
+                    Query::Closest => "file",
+                    Query::Any => "any",
                 };
                 write!(f, "{query}:{}", file.path.display())
             }

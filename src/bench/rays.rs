@@ -52,10 +52,7 @@ struct Cell {
 /// What to trace a set with, untried.
 fn untried(device: &Device, set: &RaySet) -> Options {
     let (query, coherent) = match set {
-        RaySet::Made(kind) => (
-            if matches!(kind, RayKind::Ao | RayKind::Shadow) { Query::Any } else { Query::Closest },
-            *kind == RayKind::Primary,
-        ),
+        RaySet::Made(kind) => (kind.query(), *kind == RayKind::Primary),
         RaySet::File(file) => (file.query, false),
     };
     Options {

@@ -13,6 +13,7 @@ mod explain;
 mod files;
 mod fits;
 mod image;
+mod layouts;
 mod query;
 mod render;
 mod scenes;
@@ -61,6 +62,7 @@ enum Command {
     Boxes(boxes::Args),
     Bench(bench::Args),
     Fits(fits::Args),
+    Layouts(layouts::Args),
     Scenes(scenes::Args),
 }
 
@@ -76,6 +78,7 @@ pub fn main() -> ExitCode {
         Command::Boxes(args) => boxes::run(&cli.global, args),
         Command::Bench(args) => bench::run(&cli.global, args),
         Command::Fits(args) => fits::run(&cli.global, args),
+        Command::Layouts(args) => layouts::run(&cli.global, args),
         Command::Scenes(args) => scenes::run(&cli.global, args),
     };
     match done {

@@ -17,11 +17,11 @@ struct Packer<'a> {
     leaf_bits: u32,
 }
 
-impl Packer<'_> {
-    fn leaf_reference(&self, first: u32, count: u32) -> u32 {
-        LEAF_BIT | (count - 1) << (31 - self.leaf_bits) | first
-    }
+pub(super) fn leaf_reference(leaf_bits: u32, first: u32, count: u32) -> u32 {
+    LEAF_BIT | (count - 1) << (31 - leaf_bits) | first
+}
 
+impl Packer<'_> {
     /// The triangle of a Morton rank to place `to`.
     fn pack_triangle(&mut self, rank: u32, to: u32) {
         let t = self.order[rank as usize];
@@ -63,7 +63,7 @@ impl Packer<'_> {
             node.children[slot] = if is_leaf(*child) {
                 let count = self.pack_leaf(*child, to);
                 to += count;
-                self.leaf_reference(to - count, count)
+                leaf_reference(self.leaf_bits, to - count, count)
             } else {
                 to += triangles_below(self.tree, *child);
                 self.kept.packed[*child as usize]

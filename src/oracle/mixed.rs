@@ -99,13 +99,18 @@ impl Place {
 
 /// Area of DiTO's box; none where that is axis-aligned.
 fn oriented_area(points: &[Vec3]) -> Option<f64> {
+    let frame = frame_of(points)?;
+    Some(least_area(frame.rows, frame.stretch(), points))
+}
+
+/// Frame of DiTO's box; none where that is axis-aligned.
+pub(super) fn frame_of(points: &[Vec3]) -> Option<Frame> {
     let found = if points.len() <= POINTS as usize {
         fitted(&points.iter().copied().cycle().take(POINTS as usize).collect::<Vec<_>>())
     } else {
         fitted(&extremes(points, &Directions::Book.of(POINTS)))
     };
-    let frame = is_oriented(found).then(|| Frame::of(found))?;
-    Some(least_area(frame.rows, frame.stretch(), points))
+    is_oriented(found).then(|| Frame::of(found))
 }
 
 #[cfg(test)]

@@ -11,6 +11,7 @@ pub mod dito;
 pub mod exact;
 pub mod fits;
 pub mod layout;
+pub mod layouts;
 pub mod lbvh;
 pub mod mixed;
 pub mod morton;

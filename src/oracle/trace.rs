@@ -1,12 +1,14 @@
-//! Twin of `glsl/trace/single.comp` with the robust test; the other kernels give the same hits. Signs that the kernel
+//! Twin of `glsl/trace/single.comp`, and of `glsl/trace/binary.comp`, with the robust test; the other kernels give the same hits. Signs that the kernel
 //! takes from integers are taken from f64 here, in which a product of two f32 is exact.
 
+mod binary;
+mod packed;
+
+pub use binary::BinaryNodes;
+
 use super::morton::Space;
-use crate::abi::{Hit, INVALID, LEAF_BIT, Node, ORIENTED_BIT, Ray, TRIANGLE_WORDS, Tests};
-use crate::bvh::frame::Frame;
-use crate::bvh::raw::{greatest_of, least_of};
+use crate::abi::{Hit, INVALID, LEAF_BIT, Ray, TRIANGLE_WORDS, Tests};
 use crate::bvh::{Child, HostTree};
-use glam::Vec3;
 
 type V3 = [f32; 3];
 
@@ -119,50 +121,6 @@ pub fn prepare(ray: &Ray, space: &Space) -> Setup {
 /// At least this sorts a child that the ray passes by.
 const MISSED: i32 = 0x7f80_0000;
 
-/// The ray in a node's frame: its t stays.
-fn turn(s: &Setup, f: &Frame) -> Setup {
-    let into = |p: V3| f.within(Vec3::from_array(p)).to_array();
-    let (o, inverse) = (into(s.moved), inverse_of(into(s.unturned)));
-    let pad = PAD_ORIENTED * f.stretch() * s.reach;
-    Setup {
-        inverse,
-        near: std::array::from_fn(|k| -o[k] * inverse[k] - pad * inverse[k].abs()),
-        far: std::array::from_fn(|k| -o[k] * inverse[k] + pad * inverse[k].abs()),
-        ..*s
-    }
-}
-
-fn in_frame(n: &Node) -> bool {
-    n.exponents & ORIENTED_BIT != 0
-}
-
-/// What sorts the children of a node: the bits of the t where the ray enters, the low two the child's number.
-fn meet_children(s: &Setup, n: &Node, t_max: f32) -> [i32; 4] {
-    let turned;
-    let s = if in_frame(n) {
-        turned = turn(s, &Frame::of(n.frame));
-        &turned
-    } else {
-        s
-    };
-    let exponent = |k: usize| n.exponents >> (8 * k) & 0xff;
-    let stride: V3 = std::array::from_fn(|k| f32::from_bits(exponent(k) << 23) * s.inverse[k]);
-    let near: V3 = std::array::from_fn(|k| n.origin[k] * s.inverse[k] + s.near[k]);
-    let far: V3 = std::array::from_fn(|k| n.origin[k] * s.inverse[k] + s.far[k]);
-    std::array::from_fn(|slot| {
-        let plane = |k: usize, near: bool| {
-            let planes = if (s.inverse[k] < 0.0) == near { n.hi[k] } else { n.lo[k] };
-            (planes >> (8 * slot) & 0xff) as f32
-        };
-        let e: V3 = std::array::from_fn(|k| plane(k, true) * stride[k] + near[k]);
-        let l: V3 = std::array::from_fn(|k| plane(k, false) * stride[k] + far[k]);
-        let enter = greatest_of(greatest_of(e[0], e[1]), greatest_of(e[2], s.t_min));
-        let leave = least_of(least_of(l[0], l[1]), least_of(l[2], t_max));
-        let met = enter <= leave && n.children[slot] != INVALID;
-        (if met { enter.to_bits() as i32 } else { MISSED }) & !3 | slot as i32
-    })
-}
-
 /// t where a child is entered, or a little less.
 fn entered(key: i32) -> f32 {
     f32::from_bits((if key < 0 { key | 3 } else { key & !3 }) as u32)
@@ -273,6 +231,15 @@ struct Nearest {
     uv: [f32; 2],
 }
 
+/// Nodes that rays walk.
+pub trait Nodes {
+    /// Node or leaf, or [`INVALID`].
+    fn root(&self) -> u32;
+    /// The children of a node that a ray meets before `t_max`, farthest first, each with the key that sorts it; counts
+    /// what was tested.
+    fn met(&self, s: &Setup, node: u32, t_max: f32, tests: &mut Tests) -> Vec<(i32, u32)>;
+}
+
 /// A tree and its unit space.
 #[derive(Debug, Clone, Copy)]
 pub struct Tree<'a> {
@@ -296,16 +263,17 @@ impl Tree<'_> {
         (std::array::from_fn(|c| std::array::from_fn(|k| word(3 * c + k))), self.tree.triangles[at + 9])
     }
 
-    /// Walks the tree, nearer child first. `leaf` tests triangle `place` and returns whether the walk ends.
+    /// Walks `nodes`, nearer child first. `leaf` tests triangle `place` and returns whether the walk ends.
     fn walk(
         &self,
+        nodes: &impl Nodes,
         s: &Setup,
         nearest: &mut Nearest,
         mut leaf: impl FnMut(u32, &mut Nearest) -> bool,
     ) -> Tests {
         let mut tests = Tests { boxes: 0, oriented: 0, triangles: 0, pad: 0 };
         let mut stack =
-            if s.valid { vec![(f32::NEG_INFINITY.to_bits() as i32, self.tree.root)] } else { vec![] };
+            if s.valid { vec![(f32::NEG_INFINITY.to_bits() as i32, nodes.root())] } else { vec![] };
         while let Some((key, node)) = stack.pop() {
             if node == INVALID || entered(key) > nearest.t {
                 continue;
@@ -320,22 +288,21 @@ impl Tree<'_> {
                 }
                 continue;
             }
-            let n = &self.tree.nodes[node as usize];
-            let boxes = n.children.iter().filter(|child| **child != INVALID).count() as u32;
-            *(if in_frame(n) { &mut tests.oriented } else { &mut tests.boxes }) += boxes;
-            let mut keys = meet_children(s, n, nearest.t);
-            keys.sort_unstable();
-            let met = keys.iter().rev().filter(|key| **key < MISSED);
-            stack.extend(met.map(|key| (*key, n.children[(key & 3) as usize])));
+            stack.extend(nodes.met(s, node, nearest.t, &mut tests));
         }
         tests
     }
 
     /// The nearest hit of `ray`, of equal t that of the lowest index, and what was tested.
     pub fn closest(&self, ray: &Ray) -> (Hit, Tests) {
+        self.closest_by(self.tree, ray)
+    }
+
+    /// Likewise, by other nodes over the same leaves.
+    pub fn closest_by(&self, nodes: &impl Nodes, ray: &Ray) -> (Hit, Tests) {
         let s = prepare(ray, self.space);
         let mut nearest = Nearest { t: s.t_max, triangle: INVALID, uv: [0.0; 2] };
-        let tests = self.walk(&s, &mut nearest, |place, nearest| {
+        let tests = self.walk(nodes, &s, &mut nearest, |place, nearest| {
             let (corners, index) = self.triangle(place);
             let Some(m) = self.meet(&s, corners) else { return false };
             let over = 1.0 / m.det;
@@ -354,10 +321,15 @@ impl Tree<'_> {
 
     /// Whether `ray` hits anything: t is 0 where it does; and what was tested.
     pub fn any(&self, ray: &Ray) -> (Hit, Tests) {
+        self.any_by(self.tree, ray)
+    }
+
+    /// Likewise, by other nodes over the same leaves.
+    pub fn any_by(&self, nodes: &impl Nodes, ray: &Ray) -> (Hit, Tests) {
         let s = prepare(ray, self.space);
         let mut occluded = false;
         let mut nearest = Nearest { t: s.t_max, triangle: INVALID, uv: [0.0; 2] };
-        let tests = self.walk(&s, &mut nearest, |place, _| {
+        let tests = self.walk(nodes, &s, &mut nearest, |place, _| {
             occluded |= self.meet(&s, self.triangle(place).0).is_some_and(|m| {
                 let (depth, det) = if m.det < 0.0 { (-m.depth, -m.det) } else { (m.depth, m.det) };
                 depth >= s.t_min * det && depth <= s.t_max * det

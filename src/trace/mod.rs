@@ -1,6 +1,7 @@
 //! Traces rays through a packed tree: nearest hit, any hit, and either with tests counted.
 
 mod coherence;
+pub mod layouts;
 pub mod rays;
 pub mod raysort;
 
@@ -200,7 +201,11 @@ impl Batch {
 /// # Errors
 /// [`DeviceError::Limit`] for a tree deeper than any stack.
 fn stack_size(bvh: &Bvh) -> Result<u32> {
-    let entries = bvh.depth.saturating_mul(WIDTH - 1).min(bvh.triangle_count);
+    stack_of(bvh.depth.saturating_mul(WIDTH - 1).min(bvh.triangle_count))
+}
+
+/// Likewise, for no more than `entries`.
+fn stack_of(entries: u32) -> Result<u32> {
     if entries > MAX_STACK {
         let (wanted, limit) = (entries.into(), MAX_STACK.into());
         return Err(DeviceError::Limit { what: "entries of a ray's stack".into(), wanted, limit });

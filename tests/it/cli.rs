@@ -257,6 +257,23 @@ fn fits_are_tabled() {
 }
 
 #[test]
+fn layouts_are_compared() {
+    let folder = Folder::new();
+    let size = ["layouts", "city-rotated:2k", "--runs", "1", "--width", "64", "--height", "48"];
+    let out = folder.run(&[&size[..], &["--rays", "primary,ao", "--sample", "512", "--json"]].concat());
+    let report: Value = serde_json::from_slice(&out.stdout).unwrap();
+    let (sizes, rows) = (report["sizes"].as_array().unwrap(), report["rows"].as_array().unwrap());
+    // Builds with dito by default, and so has an axis-aligned packed tree beside.
+    assert_eq!((sizes.len(), rows.len()), (5, 10), "{report}");
+    assert!(sizes[2..].iter().all(|s| s["outside"] == 0) && rows.iter().all(|r| r["differing"] == 0));
+    let args = [&size[..], &["--rays", "primary", "--builder", "lbvh", "-q"]].concat();
+    let table = String::from_utf8(folder.run(&args).stdout).unwrap();
+    // Two tables of head, line and four layouts, and what parts them.
+    assert_eq!(table.lines().count(), 13, "{table}");
+    folder.fails(&["layouts", "city:2k", "--rays", "secondary"], 2, "secondary");
+}
+
+#[test]
 fn devices_names_the_one_in_use() {
     let out = Folder::new().run(&["devices", "--json"]);
     let json: Value = serde_json::from_slice(&out.stdout).unwrap();

@@ -15,6 +15,7 @@ mod gpu;
 mod grid;
 mod layers;
 mod layout;
+mod layouts;
 mod lbvh;
 mod matrix;
 mod morton;
