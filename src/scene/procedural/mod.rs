@@ -8,6 +8,7 @@ mod crown;
 mod dragon_like;
 mod hairball;
 mod noise;
+mod pipes;
 mod power_plant;
 mod shapes;
 mod soup;
@@ -38,6 +39,8 @@ pub enum Generator {
     Crown,
     /// A knotted body as a scanner gives it.
     DragonLike,
+    /// Thin pipes in all directions.
+    Pipes,
     /// Triangles at random.
     Soup,
 }
@@ -62,6 +65,7 @@ impl Generator {
         Self::Conference,
         Self::Crown,
         Self::DragonLike,
+        Self::Pipes,
         Self::Soup,
     ];
 
@@ -112,6 +116,11 @@ impl Generator {
                 what: "knotted scanned body, closed: small irregular triangles",
                 full_size: dragon_like::FULL,
             },
+            Self::Pipes => About {
+                spec: "pipes:N",
+                what: "thin pipes in all directions: triangles a hundred times as long as wide",
+                full_size: 1_000_000,
+            },
             Self::Soup => {
                 About { spec: "soup:N", what: "small triangles at random in a cube", full_size: 1_000_000 }
             }
@@ -153,6 +162,7 @@ impl Generator {
             Self::Conference => conference::generate(spec, count, progress),
             Self::Crown => crown::generate(spec, count, progress),
             Self::DragonLike => dragon_like::generate(spec, count, progress),
+            Self::Pipes => pipes::generate(spec, count, progress),
             Self::Soup => soup::generate(spec, count, progress),
         }
     }

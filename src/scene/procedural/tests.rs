@@ -46,6 +46,9 @@ const PINNED: &[(Generator, u64, usize, &str)] = &[
     (DragonLike, 10_000, 9_996, "8862f990956cbbdb"),
     (DragonLike, 200_000, 200_064, "ecba648c9edd4eb9"),
     (DragonLike, 872_000, 872_000, "6a1bd8c4cf63499c"),
+    (Pipes, 1, 32, "3549860acab0c175"),
+    (Pipes, 10_000, 10_016, "e98aa015bdf6b2a4"),
+    (Pipes, 200_000, 200_000, "962acdc21a5214d2"),
     (Soup, 1, 1, "384b112ab34bfbf4"),
     (Soup, 10_000, 10_000, "02e38286ac415695"),
     (Soup, 200_000, 200_000, "85b18215a176b39f"),
@@ -94,16 +97,17 @@ fn one_thread_gives_the_same_bits() {
 
 /// Half a grain, and the runs, of the generators that draw objects.
 type Drawn = (Generator, u64, fn(u64) -> Vec<Run>);
-const DRAWN: [Drawn; 4] = [
+const DRAWN: [Drawn; 5] = [
     (Tree, 1, tree::runs),
     (PowerPlant, 22, power_plant::runs),
     (Conference, 6, conference::runs),
     (Crown, 12, crown::runs),
+    (Pipes, 16, pipes::runs),
 ];
 
 #[test]
 fn whole_scenes_have_the_recipes_counts() {
-    let counts = [314_148, 12_698_880, 336_668, 3_520_512];
+    let counts = [314_148, 12_698_880, 336_668, 3_520_512, 1_000_000];
     for ((g, _, runs), count) in DRAWN.into_iter().zip(counts) {
         assert_eq!(g.full_size(), count);
         assert_eq!(total(&runs(count)).triangles as u64, count, "{g:?}");
