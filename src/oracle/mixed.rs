@@ -6,10 +6,11 @@
 //! below in the frame that DiTO finds from 14 extremal points.
 
 use super::collapse::is_leaf;
-use super::dito::{extremes, fitted};
+use super::dito::{extent, extremes, fitted, kept};
 use super::tight::{AXES, BOOK, least_area};
-use crate::abi::{LEAF_BIT, RAW_MASK, RawCut, RawNode};
-use crate::bvh::frame::{Frame, is_oriented};
+use crate::abi::{Aabb, LEAF_BIT, RAW_MASK, RawCut, RawNode};
+use crate::bvh::frame::{Frame, along, is_oriented};
+use crate::bvh::raw::{half_area, merged};
 use crate::bvh::{Directions, Stages};
 use crate::scene::Scene;
 use glam::Vec3;
@@ -33,7 +34,20 @@ struct Place {
     /// Triangles below, in the order of the tree read left to right.
     first: usize,
     count: usize,
-    leaf: bool,
+    /// Edges from the root.
+    depth: usize,
+    /// The place to the right below; the one to the left is the next. None of a leaf.
+    right: Option<usize>,
+}
+
+/// What is known of all points below a place.
+#[derive(Debug, Clone)]
+struct Below {
+    aabb: Aabb,
+    /// Those that are least and greatest along each direction.
+    extremes: Vec<Vec3>,
+    /// With the cheaper box, and with the axis-aligned one.
+    costs: [f64; 2],
 }
 
 /// Costs of the binary tree that `stages` of a build of `scene` tell of; zeros where there is none.
@@ -41,29 +55,57 @@ pub fn measure(scene: &Scene, stages: &Stages) -> Mixed {
     let Some(root) = stages.root else { return Mixed::default() };
     let (places, order) = places(root.node, &stages.nodes, &stages.cuts);
     let points = unit_corners(scene, order.iter().map(|rank| stages.order[*rank as usize] as usize));
-    let costs: Vec<[f64; 2]> = places.par_iter().map(|p| p.costs(&points)).collect();
-    let area = least_area(AXES, 1.0, &points);
+    let directions = Directions::Book.of(POINTS);
+    let depths = places.iter().map(|p| p.depth + 1).max().unwrap_or(0);
+    let mut levels = vec![vec![]; depths];
+    // In its level, from left to right.
+    let slots: Vec<usize> = places
+        .iter()
+        .enumerate()
+        .map(|(i, p)| {
+            levels[p.depth].push(i);
+            levels[p.depth].len() - 1
+        })
+        .collect();
+    let (mut costs, mut deeper) = (vec![[0.0; 2]; places.len()], vec![]);
+    for level in levels.iter().rev() {
+        let here: Vec<Below> = level
+            .par_iter()
+            .map(|&i| {
+                let children = places[i].right.map(|right| [i + 1, right].map(|c| &deeper[slots[c]]));
+                places[i].below(&points, &directions, children)
+            })
+            .collect();
+        level.iter().zip(&here).for_each(|(i, below)| costs[*i] = below.costs);
+        deeper = here;
+    }
+    let area = deeper.first().map_or(0.0, |root| f64::from(half_area(&root.aabb)));
     let sum = |k: usize| costs.iter().map(|c| c[k]).sum::<f64>();
     if area > 0.0 { Mixed { cost: sum(0) / area, aabb_cost: sum(1) / area } } else { Mixed::default() }
 }
 
-/// Nodes and leaves below `root`, and the ranks of all triangles, left to right.
+/// Nodes and leaves below `root`, each before those below it, and the ranks of all triangles, left to right.
 fn places(root: u32, nodes: &[RawNode], cuts: &[RawCut]) -> (Vec<Place>, Vec<u32>) {
     let (mut places, mut order) = (vec![], vec![]);
-    // What is below a leaf is no place.
-    let mut stack = vec![(root, true)];
-    while let Some((child, is_place)) = stack.pop() {
+    // Of what is below a leaf, which is no place, no depth; of a right child, whose.
+    let mut stack = vec![(root, Some(0), None::<usize>)];
+    while let Some((child, depth, right_of)) = stack.pop() {
         let node = (child & RAW_MASK) as usize;
         let single = child & LEAF_BIT != 0;
-        if is_place {
+        let own = places.len();
+        if let Some(depth) = depth {
             let count = if single { 1 } else { cuts[node].count as usize };
-            places.push(Place { first: order.len(), count, leaf: is_leaf(child) });
+            places.push(Place { first: order.len(), count, depth, right: None });
+        }
+        if let Some(parent) = right_of {
+            places[parent].right = Some(own);
         }
         if single {
             order.push(child & !LEAF_BIT);
         } else {
-            let within = is_place && !is_leaf(child);
-            stack.extend([(nodes[node].right, within), (nodes[node].left, within)]);
+            let below = depth.filter(|_| !is_leaf(child)).map(|depth| depth + 1);
+            stack.push((nodes[node].right, below, below.map(|_| own)));
+            stack.push((nodes[node].left, below, None));
         }
     }
     (places, order)
@@ -83,33 +125,46 @@ fn unit_corners(scene: &Scene, triangles: impl Iterator<Item = usize>) -> Vec<Ve
 }
 
 impl Place {
-    /// With its cheaper box, and with its axis-aligned one.
-    fn costs(&self, points: &[Vec3]) -> [f64; 2] {
-        let below = &points[3 * self.first..3 * (self.first + self.count)];
-        let aabb = least_area(AXES, 1.0, below);
-        let oriented = oriented_area(below).unwrap_or(aabb);
-        if self.leaf {
-            let triangles = BOOK[2] * self.count as f64;
-            [triangles * aabb.min(oriented), triangles * aabb]
+    /// From what is below its children, where it has some, without a look at more than the box of all `points` in a frame.
+    fn below(&self, points: &[Vec3], directions: &[Vec3], children: Option<[&Below; 2]>) -> Below {
+        let points = &points[3 * self.first..3 * (self.first + self.count)];
+        let (aabb, extremes) = match children {
+            None => (extent(AXES, points), extremes(points, directions)),
+            Some([a, b]) => (merged(&a.aabb, &b.aabb), farther(&a.extremes, &b.extremes, directions)),
+        };
+        let area = f64::from(half_area(&aabb));
+        let [cost, oriented_cost] = if children.is_some() {
+            [2.0 * BOOK[0], 2.0 * BOOK[1]]
         } else {
-            [(2.0 * BOOK[0] * aabb).min(2.0 * BOOK[1] * oriented), 2.0 * BOOK[0] * aabb]
-        }
+            [BOOK[2] * self.count as f64; 2]
+        };
+        let oriented = (area > 0.0).then(|| frame_of_extremes(points, &extremes)).flatten();
+        // Around the extremal points alone it is no larger.
+        let least = |f: &Frame, points| oriented_cost * least_area(f.rows, f.stretch(), points);
+        let kept = oriented.filter(|f| least(f, &extremes) < cost * area);
+        let cheaper = kept.map_or(cost * area, |f| least(&f, points).min(cost * area));
+        Below { aabb, extremes, costs: [cheaper, cost * area] }
     }
 }
 
-/// Area of DiTO's box; none where that is axis-aligned.
-fn oriented_area(points: &[Vec3]) -> Option<f64> {
-    let frame = frame_of(points)?;
-    Some(least_area(frame.rows, frame.stretch(), points))
+/// Of the extremal points of two sets, left and right, those of both.
+fn farther(a: &[Vec3], b: &[Vec3], directions: &[Vec3]) -> Vec<Vec3> {
+    let ends = directions.iter().flat_map(|d| [-*d, *d]);
+    ends.zip(a.iter().zip(b)).map(|(d, (a, b))| if along(d, *b) > along(d, *a) { *b } else { *a }).collect()
+}
+
+/// Frame of DiTO's box around `points`, of which `extremes` are extremal; none where that is axis-aligned.
+fn frame_of_extremes(points: &[Vec3], extremes: &[Vec3]) -> Option<Frame> {
+    if points.len() <= POINTS as usize {
+        return frame_of(points);
+    }
+    let found = fitted(extremes);
+    is_oriented(found).then(|| Frame::of(found))
 }
 
 /// Frame of DiTO's box; none where that is axis-aligned.
 pub(super) fn frame_of(points: &[Vec3]) -> Option<Frame> {
-    let found = if points.len() <= POINTS as usize {
-        fitted(&points.iter().copied().cycle().take(POINTS as usize).collect::<Vec<_>>())
-    } else {
-        fitted(&extremes(points, &Directions::Book.of(POINTS)))
-    };
+    let found = fitted(&kept(points, &Directions::Book.of(POINTS)));
     is_oriented(found).then(|| Frame::of(found))
 }
 

@@ -41,6 +41,30 @@ fn axis_aligned_it_is_the_sah_cost() {
     }
 }
 
+/// What climbs from the children is what a look at all triangles below finds.
+#[test]
+fn every_place_is_measured_by_all_below() {
+    for generator in [Generator::Hairball, Generator::CityRotated, Generator::Sphere] {
+        let scene = made(generator);
+        let (stages, _) = stages(&scene, &Recipe::default());
+        let (places, order) = places(stages.root.unwrap().node, &stages.nodes, &stages.cuts);
+        let points = unit_corners(&scene, order.iter().map(|r| stages.order[*r as usize] as usize));
+        let mut cost = 0.0;
+        for p in &places {
+            let below = &points[3 * p.first..3 * (p.first + p.count)];
+            let aabb = least_area(AXES, 1.0, below);
+            let oriented = frame_of(below).map_or(aabb, |f| least_area(f.rows, f.stretch(), below));
+            cost += match p.right {
+                Some(_) => (3.0 * aabb).min(4.0 * oriented),
+                None => 2.0 * p.count as f64 * aabb.min(oriented),
+            };
+        }
+        let wanted = cost / least_area(AXES, 1.0, &points);
+        let got = measure(&scene, &stages).cost;
+        assert!((got - wanted).abs() <= 1e-12 * wanted, "{generator:?}: {got}, not {wanted}");
+    }
+}
+
 #[test]
 fn boxes_off_the_axes_cost_less() {
     let ratio = |generator| {
