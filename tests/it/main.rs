@@ -37,3 +37,4 @@ mod soup;
 mod strategies;
 mod topology;
 mod trace;
+mod volumes;
