@@ -6,9 +6,11 @@ pub mod auto;
 pub mod bases;
 pub mod binned;
 mod boxes;
+mod builder;
 mod collapse;
 mod directions;
 mod dito;
+mod fit;
 pub mod frame;
 mod layout;
 mod lbvh;
@@ -29,11 +31,13 @@ mod tree;
 
 pub use bases::{Bases, Generator};
 pub use boxes::{FACES, Level, NodeBox, PlacedBox};
+pub use builder::{Builder, Morton};
 pub use directions::Directions;
+pub use fit::Fit;
 pub use method::Method;
 pub use orientation::Orientations;
 pub(crate) use radix::Radix;
-pub use recipe::{Builder, Collapse, Fit, Moment, Morton, Recipe};
+pub use recipe::{Collapse, Moment, Recipe};
 pub use tree::{Bvh, Child, HostTree, SceneBuffers, Volume, leaf_bits};
 
 use crate::abi::{INVALID, RAW_MASK, RawCut, RawNode, RawRoot};
