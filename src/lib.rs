@@ -1,7 +1,7 @@
 //! boxwood: bounding volume hierarchies built and traced by Vulkan compute shaders, and measured honestly.
 //!
 //! # Flow
-//! `scene → bvh::{morton → sort → ploc → collapse → layout} → trace → bench::report`
+//! `scene → bvh::{morton → sort → ploc → collapse → layout} → trace → bench → report`
 //! (`odop`, `lbvh` or `binned` may stand in for `ploc`; `recut` may come before `collapse`, `odopfit` and `dito → orient`
 //! may follow `layout`)
 //!
@@ -19,7 +19,8 @@
 //! | [`bvh`] | records a build; knows no files |
 //! | [`trace`] | rays and their hits |
 //! | [`oracle`] | CPU twins of the kernels, and an f64 reference that they and the device answer to |
-//! | [`bench`](mod@bench) | warm-up, repeats, medians, reports |
+//! | [`bench`](mod@bench) | warm-up, repeats, medians, rows |
+//! | [`report`] | the rows of a benchmark as a page; knows no device |
 //! | [`cli`] | the command line; knows everything, nothing knows it |
 //!
 //! A stage has one name in four places: `src/bvh/ploc.rs` records it, `glsl/ploc/*.comp` compute it,
@@ -59,6 +60,7 @@
 //! - \[GOLDSMITH87\] Goldsmith, Salmon: Automatic creation of object hierarchies for ray tracing. CG&A 7(5), 1987.
 //! - \[KARRAS12\] Karras: Maximizing parallelism in the construction of BVHs, octrees and k-d trees. HPG 2012.
 //! - \[LARSSON11\] Larsson, Källberg: Fast computation of tight-fitting oriented bounding boxes. Game Engine Gems 2, 2011.
+//! - \[MCGILL78\] McGill, Tukey, Larsen: Variations of box plots. The American Statistician 32(1), 1978.
 //! - \[MERRILL10\] Merrill, Grimshaw: Revisiting sorting for GPGPU stream architectures. PACT 2010.
 //! - \[MOLLER97\] Möller, Trumbore: Fast, minimum storage ray/triangle intersection. JGT 2(1), 1997.
 //! - \[MORTON66\] Morton: A computer oriented geodetic data base. IBM, 1966.
@@ -78,5 +80,6 @@ pub mod cli;
 pub mod device;
 pub mod kernels;
 pub mod oracle;
+pub mod report;
 pub mod scene;
 pub mod trace;

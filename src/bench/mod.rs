@@ -2,6 +2,7 @@
 
 mod builds;
 mod choice;
+mod compare;
 pub mod costs;
 mod kernels;
 mod layouts;
@@ -13,24 +14,29 @@ mod rows;
 mod run;
 mod size;
 mod stats;
+mod table;
 mod topology;
 mod traces;
+mod views;
 mod volumes;
 
 pub use builds::{Builds, measure_builds};
 pub use choice::{Choice, Trial, choose_walk};
+pub use compare::{Comparison, Quantity, Ratio, compare};
 pub use costs::Costs;
 pub use kernels::{KernelTime, by_kernel};
 pub use layouts::{LayoutPlan, LayoutRow, LayoutSize, Layouts, measure_layouts};
-pub use plan::{Contender, Coverage, Key, Plan, RayFile, RayKind, RaySet};
+pub use plan::{Contender, Coverage, Key, Plan, RayFile, RayKind, RaySet, Shard};
 pub use presets::{Preset, PresetError, Presets};
 pub use report::Report;
-pub use rows::{BuildRow, Check, Header, RayRow, Rows, RowsError};
+pub use rows::{BuildRow, Check, Header, Order, RayRow, Results, Rows, RowsError};
 pub use run::{Open, Progress, run};
 pub use size::bytes_of;
 pub use stats::{Spread, settled};
+pub use table::Table;
 pub use topology::{Tried, try_recipes};
 pub use traces::{Counting, Protocol, TestTotals, Traced, trace_all};
+pub use views::Views;
 
 use crate::bvh::BuildError;
 use crate::device::DeviceError;

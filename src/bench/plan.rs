@@ -1,12 +1,15 @@
 //! What the benchmark does: a preset with its parents' values filled in, and what the command line changes.
 
+use super::rows::Order;
 use crate::abi::{Aabb, Ray};
-use crate::bvh::Recipe;
+use crate::bvh::{Fit, Recipe};
 use crate::scene::Transform;
 use crate::trace::rays::{Light, Secondary};
 use crate::trace::{BATCH, Query, RayOrder};
 use std::fmt;
+use std::ops::Range;
 use std::path::PathBuf;
+use std::str::FromStr;
 use std::sync::Arc;
 
 /// Parts of a picture from which a sample of its secondary rays is taken.
@@ -136,6 +139,8 @@ pub struct Plan {
     pub transform: Transform,
     /// How trees are built, each in turn.
     pub contenders: Vec<Contender>,
+    /// Which part of it is measured here.
+    pub shard: Shard,
     /// Rays that each of them traces.
     pub rays: Vec<RaySet>,
     /// Orders that rays but primaries are tried in.
@@ -154,8 +159,46 @@ pub struct Plan {
     pub check: usize,
 }
 
+/// A part of a plan. Its cells, scenes by builders, go scene by scene, and a shard takes a run of them, so that builders of
+/// a scene are measured side by side where that is possible.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Shard {
+    /// Which one, from 1.
+    index: usize,
+    /// Of how many.
+    count: usize,
+}
+
+impl Shard {
+    /// All there is.
+    pub const WHOLE: Self = Self { index: 1, count: 1 };
+
+    /// Which of `cells` are its: those of all shards are all of them, and none has more than one more than another.
+    fn cells(self, cells: usize) -> Range<usize> {
+        let start = |index: usize| index * cells / self.count;
+        start(self.index - 1)..start(self.index)
+    }
+}
+
+impl FromStr for Shard {
+    type Err = String;
+
+    /// From `2/4`: the second of four.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong = || format!("{text:?} is no shard; give its number and how many there are, such as 2/4");
+        let (index, count) = text.split_once('/').ok_or_else(wrong)?;
+        let [index, count] = [index, count].map(|n| n.parse().map_err(|_| wrong()));
+        let (index, count): (usize, usize) = (index?, count?);
+        if (1..=count).contains(&index) && count <= 1 << 20 {
+            Ok(Self { index, count })
+        } else {
+            Err(wrong())
+        }
+    }
+}
+
 /// What a row is about: at most one row of a run has it.
-#[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize)]
 pub struct Key {
     /// As the plan has it.
     pub scene: String,
@@ -165,29 +208,62 @@ pub struct Key {
     pub rays: Option<(usize, String)>,
 }
 
+impl fmt::Display for Key {
+    /// `dragon, ploc, view 1, ao`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}, {}", self.scene, self.builder)?;
+        match &self.rays {
+            None => Ok(()),
+            Some((0, set)) => write!(f, ", {set}"),
+            Some((view, set)) => write!(f, ", view {view}, {set}"),
+        }
+    }
+}
+
 impl Plan {
     /// Rows of a whole run, in the order in which they are reported.
     pub fn keys(&self) -> Vec<Key> {
         self.scenes.iter().flat_map(|scene| self.keys_of(scene)).collect()
     }
 
+    /// Contenders that build `scene` here: those of the shard.
+    pub fn contenders_of(&self, scene: &str) -> &[Contender] {
+        let Some(at) = self.scenes.iter().position(|s| s == scene) else { return &[] };
+        let n = self.contenders.len();
+        let cells = self.shard.cells(self.scenes.len() * n);
+        let [from, to] = [cells.start, cells.end].map(|cell| cell.clamp(at * n, (at + 1) * n) - at * n);
+        &self.contenders[from..to]
+    }
+
     /// Rows of `scene`: builds, then rays by set and view.
     pub fn keys_of(&self, scene: &str) -> Vec<Key> {
+        let contenders = self.contenders_of(scene);
         let key = |c: &Contender, rays| Key { scene: scene.to_owned(), builder: c.name.clone(), rays };
-        let mut keys: Vec<Key> = self.contenders.iter().map(|c| key(c, None)).collect();
+        let mut keys: Vec<Key> = contenders.iter().map(|c| key(c, None)).collect();
         for set in &self.rays {
             let views = match set {
                 RaySet::Made(_) => 1..=self.views,
                 RaySet::File(_) => 0..=0,
             };
             for view in views {
-                keys.extend(self.contenders.iter().map(|c| key(c, Some((view, set.to_string())))));
+                keys.extend(contenders.iter().map(|c| key(c, Some((view, set.to_string())))));
             }
         }
         keys
     }
 
-    /// What a run must share with one that it resumes, as text.
+    /// Of the rows that it makes.
+    pub fn order(&self) -> Order {
+        let plain = self.contenders.iter().find(|c| c.recipe.fit == Fit::Aabb);
+        Order {
+            scenes: self.scenes.clone(),
+            builders: self.contenders.iter().map(|c| c.name.clone()).collect(),
+            sets: self.rays.iter().map(RaySet::to_string).collect(),
+            aligned: plain.map(|c| c.name.clone()),
+        }
+    }
+
+    /// What a run must share with one that it resumes, and a shard with its others, as text.
     pub fn fingerprint(&self) -> String {
         let rays: Vec<String> = self
             .rays
@@ -210,5 +286,33 @@ impl Plan {
             self.coverage,
             self.check
         )
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shards_share_all_cells() {
+        for cells in [0, 1, 5, 12, 48] {
+            for count in [1, 2, 3, 7, 50] {
+                let shards = (1..=count).map(|index| Shard { index, count }.cells(cells));
+                let ranges: Vec<_> = shards.collect();
+                assert_eq!((ranges[0].start, ranges[count - 1].end), (0, cells));
+                assert!(ranges.windows(2).all(|w| w[0].end == w[1].start), "{ranges:?}");
+                let sizes = || ranges.iter().map(Range::len);
+                assert!(sizes().max().unwrap() - sizes().min().unwrap() <= 1, "{ranges:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn shards_are_read() {
+        assert_eq!("2/4".parse(), Ok(Shard { index: 2, count: 4 }));
+        for wrong in ["", "2", "0/4", "5/4", "a/4", "1/0", "-1/2", "1/2/3"] {
+            assert!(wrong.parse::<Shard>().unwrap_err().contains("no shard"), "{wrong}");
+        }
     }
 }

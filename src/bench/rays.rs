@@ -122,7 +122,8 @@ impl<'a> Rays<'a> {
                 builder: builder.to_owned(),
                 rays: Some((view, set.to_string())),
             };
-            let missing = plan.contenders.iter().enumerate().filter(|(_, c)| !rows.has(&key(&c.name)));
+            let contenders = plan.contenders_of(stage.spec).iter().enumerate();
+            let missing = contenders.filter(|(_, c)| !rows.has(&key(&c.name)));
             let options = untried(self.device, set);
             missing
                 .map(|(contender, c)| Cell::new(stage.spec, &c.name, contender, view, set, options))

@@ -1,21 +1,15 @@
 //! What the benchmark found: as JSON, as CSV, and as tables for people.
 
-use super::rows::{BuildRow, Check, Header, RayRow};
-use super::{Plan, Rows, Spread, TestTotals};
-use crate::bvh::Fit;
-use crate::trace::Boxes;
-use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
+use super::rows::{BuildRow, Header, RayRow, Results};
+use super::{Table, TestTotals, Views};
 
-/// The rows of a plan that are there, in its order.
+/// The rows of a run that are there, in the order of its plan.
 #[derive(Debug, serde::Serialize)]
 pub struct Report<'r> {
     #[serde(flatten)]
     header: &'r Header,
     builds: Vec<&'r BuildRow>,
     rays: Vec<&'r RayRow>,
-    /// The first builder whose boxes are all axis-aligned.
-    #[serde(skip)]
-    aligned: Option<String>,
 }
 
 /// A line of the CSV: a build and, where rays were traced, a set of a view.
@@ -76,23 +70,36 @@ struct Line<'a> {
 }
 
 impl<'r> Report<'r> {
-    /// Of the rows of `plan` that are there.
-    pub fn new(header: &'r Header, plan: &Plan, rows: &'r Rows) -> Self {
-        let keys = plan.keys();
-        Self {
-            header,
-            builds: keys.iter().filter_map(|key| rows.build(key)).collect(),
-            rays: keys.iter().filter_map(|key| rows.rays(key)).collect(),
-            aligned: plan.contenders.iter().find(|c| c.recipe.fit == Fit::Aabb).map(|c| c.name.clone()),
-        }
+    /// Of `results`.
+    pub fn new(results: &'r Results) -> Self {
+        let Results { header, builds, rays } = results;
+        // What no list has comes last, as it came.
+        let place =
+            |list: &[String], name: &String| list.iter().position(|n| n == name).unwrap_or(list.len());
+        let order = &header.order;
+        let mut builds: Vec<&BuildRow> = builds.iter().collect();
+        builds.sort_by_key(|b| (place(&order.scenes, &b.scene), place(&order.builders, &b.builder)));
+        let mut rays: Vec<&RayRow> = rays.iter().collect();
+        rays.sort_by_key(|r| {
+            let [scene, set] = [(&order.scenes, &r.scene), (&order.sets, &r.set)].map(|(l, n)| place(l, n));
+            (scene, set, r.view, place(&order.builders, &r.builder))
+        });
+        Self { header, builds, rays }
     }
 
-    pub(super) fn builds(&self) -> &[&'r BuildRow] {
+    /// What the run was about.
+    pub fn header(&self) -> &'r Header {
+        self.header
+    }
+
+    /// Builds.
+    pub fn builds(&self) -> &[&'r BuildRow] {
         &self.builds
     }
 
-    pub(super) fn aligned(&self) -> Option<&str> {
-        self.aligned.as_deref()
+    /// Sets of rays, the views of each together.
+    pub fn sets(&self) -> Vec<Views<'r>> {
+        Views::of_all(&self.rays)
     }
 
     /// What is wrong with checked hits: scene, builder, set and verdict of each row with faults.
@@ -184,8 +191,8 @@ impl<'r> Report<'r> {
     }
 
     /// Builds, a row a scene and builder.
-    pub fn build_table(&self) -> String {
-        let mut table = table(&[
+    pub fn build_table(&self) -> Table {
+        let titles = [
             "scene",
             "builder",
             "triangles",
@@ -202,10 +209,11 @@ impl<'r> Report<'r> {
             "levels",
             "tree B/tri",
             "scratch B/tri",
-        ]);
+        ];
+        let mut table = Table::new(2, titles);
         for b in &self.builds {
             let n = b.triangles.max(1) as f64;
-            table.add_row([
+            table.push([
                 b.scene.clone(),
                 b.builder.clone(),
                 b.triangles.to_string(),
@@ -224,12 +232,12 @@ impl<'r> Report<'r> {
                 format!("{:.0}", b.scratch_bytes as f64 / n),
             ]);
         }
-        finish(table, 2)
+        table
     }
 
     /// Rays, a row a scene, builder and set: all its views together.
-    pub fn ray_table(&self) -> String {
-        let mut table = table(&[
+    pub fn ray_table(&self) -> Table {
+        let titles = [
             "scene",
             "builder",
             "rays",
@@ -245,16 +253,16 @@ impl<'r> Report<'r> {
             "unsure",
             "checked",
             "kernel",
-        ]);
-        for views in self.by_set() {
-            let (first, all) = (views[0], Views::of(&views));
+        ];
+        let mut table = Table::new(3, titles);
+        for all in self.sets() {
             let n = all.rays.max(1) as f64;
-            let rate = all.trace_ms.rate(all.rays);
+            let rate = all.mrays_s();
             let checked = |count: usize| if all.check.rays > 0 { count.to_string() } else { "–".into() };
-            table.add_row([
-                first.scene.clone(),
-                first.builder.clone(),
-                first.set.clone(),
+            table.push([
+                all.scene.to_owned(),
+                all.builder.to_owned(),
+                all.set.to_owned(),
                 all.rays.to_string(),
                 all.hits.to_string(),
                 format!("{:.2}", rate.median),
@@ -269,108 +277,26 @@ impl<'r> Report<'r> {
                 all.kernels.join("; "),
             ]);
         }
-        finish(table, 3)
-    }
-
-    /// Rows that differ in their view alone.
-    fn by_set(&self) -> Vec<Vec<&'r RayRow>> {
-        let mut sets: Vec<Vec<&RayRow>> = vec![];
-        for row in &self.rays {
-            let same = |r: &RayRow| (&r.scene, &r.builder, &r.set) == (&row.scene, &row.builder, &row.set);
-            match sets.iter_mut().find(|views| same(views[0])) {
-                Some(views) => views.push(row),
-                None => sets.push(vec![row]),
-            }
-        }
-        sets
+        table
     }
 
     /// Build time by kernel, a column a scene and builder, ms and dispatches.
-    pub fn kernel_table(&self) -> String {
+    pub fn kernel_table(&self) -> Table {
         let mut names: Vec<&str> = vec![];
         for k in self.builds.iter().flat_map(|b| &b.kernels) {
             if !names.contains(&k.name.as_ref()) {
                 names.push(&k.name);
             }
         }
-        let title = |b: &&BuildRow| format!("{}, {}", b.scene, b.builder);
-        let titles: Vec<String> = self.builds.iter().map(title).collect();
-        let header: Vec<&str> = ["kernel"].into_iter().chain(titles.iter().map(String::as_str)).collect();
-        let mut table = table(&header);
+        let titles = self.builds.iter().map(|b| format!("{}, {}", b.scene, b.builder));
+        let mut table = Table::new(1, ["kernel".to_owned()].into_iter().chain(titles));
         for name in names {
             let cell = |b: &&BuildRow| {
                 let row = b.kernels.iter().find(|k| k.name == name);
                 row.map_or("–".into(), |k| format!("{:.2} ms ×{}", k.ms, k.count))
             };
-            table.add_row([name.to_owned()].into_iter().chain(self.builds.iter().map(cell)));
+            table.push([name.to_owned()].into_iter().chain(self.builds.iter().map(cell)));
         }
-        finish(table, 1)
+        table
     }
-}
-
-/// The views of a set, added up.
-struct Views {
-    rays: usize,
-    hits: usize,
-    trace_ms: Spread,
-    tests: TestTotals,
-    check: Check,
-    kernels: Vec<String>,
-}
-
-impl Views {
-    fn of(rows: &[&RayRow]) -> Self {
-        let sum = |f: fn(&RayRow) -> usize| rows.iter().map(|r| f(r)).sum();
-        let tests = |f: fn(&RayRow) -> u64| rows.iter().map(|r| f(r)).sum();
-        let ms = |f: fn(&Spread) -> f64| rows.iter().map(|r| f(&r.trace_ms)).sum();
-        let check = |f: fn(&Check) -> usize| rows.iter().filter_map(|r| r.check.as_ref()).map(f).sum();
-        let title = |r: &&RayRow| {
-            let sorted = if r.sorted { ", sorted" } else { "" };
-            let boxes = if r.boxes == Boxes::AxisAligned.name() { ", axis-aligned boxes" } else { "" };
-            format!("{}{sorted}{boxes}", r.kernel)
-        };
-        let mut kernels: Vec<String> = rows.iter().map(title).collect();
-        kernels.sort_unstable();
-        kernels.dedup();
-        Self {
-            rays: sum(|r| r.rays),
-            hits: sum(|r| r.hits),
-            // Sums of medians and of quartiles: the latter are no quartiles of the sum, but no smaller spread.
-            trace_ms: Spread {
-                median: ms(|s| s.median),
-                min: ms(|s| s.min),
-                max: ms(|s| s.max),
-                q1: ms(|s| s.q1),
-                q3: ms(|s| s.q3),
-                runs: rows.iter().map(|r| r.trace_ms.runs).min().unwrap_or(0),
-            },
-            tests: TestTotals {
-                boxes: tests(|r| r.tests.boxes),
-                oriented: tests(|r| r.tests.oriented),
-                triangles: tests(|r| r.tests.triangles),
-            },
-            check: Check {
-                rays: check(|c| c.rays),
-                faults: check(|c| c.faults),
-                unsure: check(|c| c.unsure),
-                ..Check::default()
-            },
-            kernels,
-        }
-    }
-}
-
-pub(super) fn table(header: &[&str]) -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::ASCII_MARKDOWN).set_content_arrangement(ContentArrangement::Disabled);
-    table.set_header(header.iter().copied());
-    table
-}
-
-/// The first `words` columns to the left, numbers to the right.
-pub(super) fn finish(mut table: Table, words: usize) -> String {
-    for column in table.column_iter_mut().skip(words) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    table.trim_fmt()
 }

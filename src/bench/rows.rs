@@ -15,7 +15,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// What a run was about: the first line.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Header {
     /// Device name.
     pub device: String,
@@ -27,6 +27,25 @@ pub struct Header {
     pub plan: String,
     /// What the device's tests cost, ns: of the run that began the file, should it be measured anew meanwhile.
     pub costs: Costs,
+    /// Scenes, builders and sets of rays in the plan's order.
+    #[serde(default)]
+    pub order: Order,
+    /// What was typed.
+    #[serde(default)]
+    pub command: Vec<String>,
+}
+
+/// The order in which rows are reported.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Order {
+    /// As the plan has them.
+    pub scenes: Vec<String>,
+    /// Contenders' names.
+    pub builders: Vec<String>,
+    /// Sets of rays as typed.
+    pub sets: Vec<String>,
+    /// The first builder whose boxes are all axis-aligned: what others are held against.
+    pub aligned: Option<String>,
 }
 
 impl Header {
@@ -38,6 +57,8 @@ impl Header {
             commit: env!("BOXWOOD_COMMIT").to_owned(),
             plan: plan.fingerprint(),
             costs,
+            order: plan.order(),
+            command: std::env::args().collect(),
         }
     }
 
@@ -55,7 +76,7 @@ impl Header {
 }
 
 /// A tree of a scene, and what building it took.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct BuildRow {
     /// As the plan has it.
     pub scene: String,
@@ -84,10 +105,13 @@ pub struct BuildRow {
     pub tree_hash: String,
     /// Build time by kernel, of one run with a stamp a kernel.
     pub kernels: Vec<KernelTime>,
+    /// What the build did and what it skipped, a sentence each.
+    #[serde(default)]
+    pub explain: Vec<String>,
 }
 
 /// A set of rays, traced through a tree.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct RayRow {
     /// As the plan has it.
     pub scene: String,
@@ -120,7 +144,20 @@ pub struct RayRow {
     pub check: Option<Check>,
 }
 
+impl BuildRow {
+    /// What it is about.
+    pub fn key(&self) -> Key {
+        Key { scene: self.scene.clone(), builder: self.builder.clone(), rays: None }
+    }
+}
+
 impl RayRow {
+    /// What it is about.
+    pub fn key(&self) -> Key {
+        let rays = Some((self.view, self.set.clone()));
+        Key { scene: self.scene.clone(), builder: self.builder.clone(), rays }
+    }
+
     /// Millions of rays a second.
     pub fn mrays_s(&self) -> Spread {
         self.trace_ms.rate(self.rays)
@@ -170,7 +207,7 @@ impl From<&Verdict> for Check {
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(tag = "row", rename_all = "lowercase")]
 enum Line {
-    Header(Header),
+    Header(Box<Header>),
     Build(Box<BuildRow>),
     Rays(Box<RayRow>),
 }
@@ -216,14 +253,85 @@ pub enum RowsError {
 
 type Result<T> = std::result::Result<T, RowsError>;
 
+/// What a run measured, as its file has it: whole or as far as it came.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct Results {
+    /// What it was about.
+    #[serde(flatten)]
+    pub header: Header,
+    /// Builds as they finished.
+    pub builds: Vec<BuildRow>,
+    /// Sets of rays likewise.
+    pub rays: Vec<RayRow>,
+}
+
+impl Results {
+    /// Of the file of rows at `path`; a last line that was cut off is left out.
+    ///
+    /// # Errors
+    /// It can't be read, or holds a line that is none of ours.
+    pub fn read(path: &Path) -> Result<Self> {
+        let io = |source| RowsError::Io { doing: "read", path: path.to_owned(), source };
+        let bytes = fs::read(path).map_err(io)?;
+        Self::parse(path, &bytes[..whole_lines(&bytes)])
+    }
+
+    /// Runs of one plan, one device and one commit made into one, in the order in which the first of each comes. Of rows
+    /// about the same the first stays.
+    pub fn joined(all: Vec<Self>) -> Vec<Self> {
+        let mut runs: Vec<Self> = vec![];
+        for results in all {
+            match runs.iter_mut().find(|r| r.header.difference(&results.header).is_none()) {
+                None => runs.push(results),
+                Some(run) => run.take_in(results),
+            }
+        }
+        runs
+    }
+
+    fn take_in(&mut self, other: Self) {
+        for row in other.builds {
+            if !self.builds.iter().any(|r| r.key() == row.key()) {
+                self.builds.push(row);
+            }
+        }
+        for row in other.rays {
+            if !self.rays.iter().any(|r| r.key() == row.key()) {
+                self.rays.push(row);
+            }
+        }
+    }
+
+    fn parse(path: &Path, bytes: &[u8]) -> Result<Self> {
+        let mut lines = bytes.split(|b| *b == b'\n').enumerate().filter(|(_, text)| !text.is_empty());
+        let wrong = |line: usize, why: String| RowsError::Line { path: path.to_owned(), line: line + 1, why };
+        let line = |i: usize, text: &[u8]| serde_json::from_slice(text).map_err(|e| wrong(i, e.to_string()));
+        let no_beginning = || wrong(0, "it does not begin with what was measured".into());
+        let (first, text) = lines.next().ok_or_else(no_beginning)?;
+        let Line::Header(header) = line(first, text)? else { return Err(no_beginning()) };
+        let mut results = Self { header: *header, builds: vec![], rays: vec![] };
+        for (i, text) in lines {
+            match line(i, text)? {
+                Line::Header(_) => return Err(wrong(i, "a second beginning".into())),
+                Line::Build(row) => results.builds.push(*row),
+                Line::Rays(row) => results.rays.push(*row),
+            }
+        }
+        Ok(results)
+    }
+}
+
+/// Bytes of the lines that are there whole.
+fn whole_lines(bytes: &[u8]) -> usize {
+    bytes.iter().rposition(|b| *b == b'\n').map_or(0, |last| last + 1)
+}
+
 /// Rows that are finished, in memory and in their file.
 #[derive(Debug)]
 pub struct Rows {
     path: PathBuf,
     file: File,
-    header: Header,
-    builds: Vec<BuildRow>,
-    rays: Vec<RayRow>,
+    results: Results,
 }
 
 impl Rows {
@@ -240,17 +348,23 @@ impl Rows {
         }
         let file = OpenOptions::new().append(true).create_new(true).open(path).map_err(io("make"))?;
         let mut rows = Self::of(path, file, header);
-        rows.write(&Line::Header(header.clone()))?;
+        rows.write(&Line::Header(Box::new(header.clone())))?;
         Ok(rows)
     }
 
     fn of(path: &Path, file: File, header: &Header) -> Self {
-        Self { path: path.to_owned(), file, header: header.clone(), builds: vec![], rays: vec![] }
+        let results = Results { header: header.clone(), builds: vec![], rays: vec![] };
+        Self { path: path.to_owned(), file, results }
+    }
+
+    /// What there is.
+    pub fn results(&self) -> &Results {
+        &self.results
     }
 
     /// What the run is about, as its first part has it.
     pub fn header(&self) -> &Header {
-        &self.header
+        &self.results.header
     }
 
     /// Goes on with the file at `path`, or begins it where there is none. A last line that was cut off is dropped.
@@ -264,36 +378,18 @@ impl Rows {
             Err(e) if e.kind() == io::ErrorKind::NotFound => return Self::create(path, header),
             Err(e) => return Err(io("read")(e)),
         };
-        let whole = bytes.iter().rposition(|b| *b == b'\n').map_or(0, |last| last + 1);
+        let whole = whole_lines(&bytes);
         if whole == 0 {
             return Self::create(path, header);
         }
         let file = OpenOptions::new().append(true).open(path).map_err(io("write"))?;
         file.set_len(whole as u64).map_err(io("write"))?;
-        let mut rows = Self::of(path, file, header);
-        for (i, text) in bytes[..whole].split(|b| *b == b'\n').enumerate().filter(|(_, t)| !t.is_empty()) {
-            rows.take(i + 1, text)?;
+        let results = Results::parse(path, &bytes[..whole])?;
+        if let Some([what, there, here]) = results.header.difference(header) {
+            let (what, there, here) = (what.into(), there.into(), here.into());
+            return Err(RowsError::Other { path: path.to_owned(), what, there, here });
         }
-        Ok(rows)
-    }
-
-    /// Takes in a line that was read.
-    fn take(&mut self, line: usize, text: &[u8]) -> Result<()> {
-        let wrong = |why: String| RowsError::Line { path: self.path.clone(), line, why };
-        match (line, serde_json::from_slice(text).map_err(|e| wrong(e.to_string()))?) {
-            (1, Line::Header(there)) => {
-                if let Some([what, there, here]) = there.difference(&self.header) {
-                    let (what, there, here) = (what.into(), there.into(), here.into());
-                    return Err(RowsError::Other { path: self.path.clone(), what, there, here });
-                }
-                self.header = there;
-            }
-            (1, _) => return Err(wrong("it does not begin with what was measured".into())),
-            (_, Line::Header(_)) => return Err(wrong("a second beginning".into())),
-            (_, Line::Build(row)) => self.builds.push(*row),
-            (_, Line::Rays(row)) => self.rays.push(*row),
-        }
-        Ok(())
+        Ok(Self { path: path.to_owned(), file, results })
     }
 
     fn write(&mut self, line: &Line) -> Result<()> {
@@ -312,7 +408,7 @@ impl Rows {
         let line = Line::Build(Box::new(row));
         self.write(&line)?;
         if let Line::Build(row) = line {
-            self.builds.push(*row);
+            self.results.builds.push(*row);
         }
         Ok(())
     }
@@ -325,14 +421,14 @@ impl Rows {
         let line = Line::Rays(Box::new(row));
         self.write(&line)?;
         if let Line::Rays(row) = line {
-            self.rays.push(*row);
+            self.results.rays.push(*row);
         }
         Ok(())
     }
 
     /// Rows there are.
     pub fn count(&self) -> usize {
-        self.builds.len() + self.rays.len()
+        self.results.builds.len() + self.results.rays.len()
     }
 
     /// Whether the row of `key` is there.
@@ -345,15 +441,12 @@ impl Rows {
 
     /// The build of `key`.
     pub fn build(&self, key: &Key) -> Option<&BuildRow> {
-        let mut builds = self.builds.iter();
-        builds.find(|r| key.rays.is_none() && r.scene == key.scene && r.builder == key.builder)
+        self.results.builds.iter().find(|r| r.key() == *key)
     }
 
     /// The rays of `key`.
     pub fn rays(&self, key: &Key) -> Option<&RayRow> {
-        let (view, set) = key.rays.as_ref()?;
-        let same = |r: &&RayRow| (r.view, &r.set) == (*view, set);
-        self.rays.iter().find(|r| r.scene == key.scene && r.builder == key.builder && same(r))
+        self.results.rays.iter().find(|r| r.key() == *key)
     }
 }
 
@@ -364,7 +457,8 @@ mod tests {
 
     fn header(commit: &str) -> Header {
         let costs = Costs { boxes: 0.1, oriented: 0.1 + 0.2, triangles: 0.7 };
-        Header { device: "d".into(), driver: "v".into(), commit: commit.into(), plan: "p".into(), costs }
+        let (device, driver, commit, plan) = ("d".into(), "v".into(), commit.into(), "p".into());
+        Header { device, driver, commit, plan, costs, order: Order::default(), command: vec![] }
     }
 
     fn row(scene: &str) -> BuildRow {
@@ -382,6 +476,7 @@ mod tests {
             mixed: Some(Mixed { cost: 1.0 / 3.0, aabb_cost: 0.7 }),
             tree_hash: "ff".into(),
             kernels: vec![KernelTime { name: "a/b".into(), count: 1, ms: 0.1 }],
+            explain: vec!["said".into()],
         }
     }
 

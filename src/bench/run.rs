@@ -81,7 +81,7 @@ impl<'a> Stage<'a> {
     /// Builds every contender's tree; measures those whose rows are missing.
     fn build(&mut self, rows: &mut Rows, progress: Progress) -> Result<()> {
         let mut open = vec![];
-        for contender in &self.plan.contenders {
+        for contender in self.plan.contenders_of(self.spec) {
             progress(&format!("{}, {}: building, checking", self.spec, contender.name), rows);
             let key =
                 super::plan::Key { scene: self.spec.to_owned(), builder: contender.name.clone(), rays: None };
@@ -116,7 +116,7 @@ impl<'a> Stage<'a> {
 
     /// All of a row but its times.
     fn survey(&self, contender: &Contender, built: &Built) -> Result<BuildRow> {
-        let Built { bvh, times, scratch_bytes, .. } = built;
+        let Built { bvh, times, scratch_bytes, explain, .. } = built;
         let tree = bvh.read()?;
         let claims = Claims::of(bvh, contender.recipe.collapse);
         let stats = validate(self.scene, &tree, &claims)
@@ -142,6 +142,7 @@ impl<'a> Stage<'a> {
             mixed,
             tree_hash: tree.hash(),
             kernels: by_kernel(&times.passes),
+            explain: explain.clone(),
         })
     }
 }

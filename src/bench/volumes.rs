@@ -1,14 +1,14 @@
 //! The table of boxes: Table 6.1's measures of trees against axis-aligned ones.
 
-use super::report::{Report, finish, table};
 use super::rows::BuildRow;
+use super::{Report, Table};
 
 impl Report<'_> {
     /// Boxes, a row a scene and builder: shares and areas of the same tree with axis-aligned boxes, per cent; memory of
     /// the tree of the plan's first axis-aligned builder; costs with (c_T, c_OBB, c_I) = (3, 4, 2), and beside them the
     /// same with axis-aligned boxes.
-    pub fn volume_table(&self) -> String {
-        let mut table = table(&[
+    pub fn volume_table(&self) -> Table {
+        let titles = [
             "scene",
             "builder",
             "AABB boxes %",
@@ -23,7 +23,8 @@ impl Report<'_> {
             "node by node",
             "AABB's",
             "ratio",
-        ]);
+        ];
+        let mut table = Table::new(2, titles);
         for b in self.builds() {
             let t = &b.tight;
             let percent = |share: f64| format!("{:.2}", 100.0 * share);
@@ -39,14 +40,14 @@ impl Report<'_> {
             row.push(self.memory_share(b).map_or("–".into(), percent));
             row.extend(pair(t.cost, t.aabb_cost));
             row.extend(b.mixed.map_or_else(none, |m| pair(m.cost, m.aabb_cost)));
-            table.add_row(row);
+            table.push(row);
         }
-        finish(table, 2)
+        table
     }
 
     /// Bytes of a tree over those of the same scene by the plan's first axis-aligned builder, where that has a row.
     pub(super) fn memory_share(&self, row: &BuildRow) -> Option<f64> {
-        let name = self.aligned()?;
+        let name = self.header().order.aligned.as_deref()?;
         let same = |b: &&&BuildRow| b.scene == row.scene && b.builder == name;
         let bytes = self.builds().iter().find(same)?.bvh_bytes;
         (bytes > 0).then(|| row.bvh_bytes as f64 / bytes as f64)

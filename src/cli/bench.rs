@@ -2,9 +2,10 @@
 
 use super::choices::{SortName, TransformArgs};
 use super::files::{self, Output};
+use super::report::{self, REPORT, ROWS};
 use super::{Global, warn_of};
 use crate::bench::{
-    Contender, Costs, Coverage, Header, Plan, Preset, Presets, RayFile, RayKind, RaySet, Report, Rows,
+    Contender, Costs, Coverage, Header, Plan, Preset, Presets, RayFile, RayKind, RaySet, Report, Rows, Shard,
     run as measure,
 };
 use crate::device::DeviceInfo;
@@ -15,7 +16,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Build, trace, check and time scenes; print tables, write rows.jsonl, bench.json and bench.csv.
+/// Build, trace, check and time scenes; print tables, write rows.jsonl, bench.json, bench.csv and report.html.
 ///
 /// Builders take turns, so that what else the machine does meets all of them alike. Medians; ± is the range between the
 /// quartiles, in per cent of the median. Faults are hits that the f64 reference contradicts and rounding doesn't excuse,
@@ -50,6 +51,9 @@ pub(super) struct Args {
     /// Folder for the results.
     #[arg(long, value_name = "DIR", default_value = "results")]
     out: PathBuf,
+    /// Measure the Ith of N parts of the plan, the same on every machine; `boxwood report` joins their folders.
+    #[arg(long, value_name = "I/N")]
+    shard: Option<Shard>,
     /// Go on with the rows in the folder instead of beginning anew.
     #[arg(long)]
     resume: bool,
@@ -84,6 +88,7 @@ impl Args {
                 .iter()
                 .map(contender)
                 .collect::<Result<_>>()?,
+            shard: self.shard.unwrap_or(Shard::WHOLE),
             rays: once_each(or(&self.rays, rays)).iter().map(|set| ray_set(set)).collect::<Result<_>>()?,
             orders: self.sort.orders(false),
             views: self.views.map_or(views, |n| n as usize),
@@ -160,7 +165,7 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     let costs = Costs::measured(&device, global.cache().as_deref())?;
     let header = Header::new(device.info(), &plan, costs);
     let open = if args.resume { Rows::resume } else { Rows::create };
-    let mut rows = open(&path("rows.jsonl"), &header)?;
+    let mut rows = open(&path(ROWS), &header)?;
     if args.resume {
         global.remark(format_args!("resuming: {} of {} rows are there", rows.count(), plan.keys().len()));
     }
@@ -180,14 +185,15 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     }
     done?;
 
-    let header = rows.header();
-    let report = Report::new(header, &plan, &rows);
-    print(&report, header, &plan)?;
-    let (json, csv) = (path("bench.json"), path("bench.csv"));
-    Output::new(&json)?.finish(files::json(&report)?.as_bytes())?;
-    Output::new(&csv)?.finish(&report.csv().context("can't write the CSV")?)?;
+    let found = Report::new(rows.results());
+    print(&found, &plan)?;
+    let (json, csv, page) = (path("bench.json"), path("bench.csv"), path(REPORT));
+    Output::new(&json)?.finish(files::json(&found)?.as_bytes())?;
+    Output::new(&csv)?.finish(&found.csv().context("can't write the CSV")?)?;
+    report::write(&page, std::slice::from_ref(rows.results()))?;
     global.remark(format_args!("written: {}, {}", json.display(), csv.display()));
-    match report.faults() {
+    writeln!(std::io::stdout(), "Report: {}", std::path::absolute(&page).unwrap_or(page).display())?;
+    match found.faults() {
         faults if faults.is_empty() => Ok(()),
         faults => bail!("the hits are wrong\n{}", faults.join("\n")),
     }
@@ -222,7 +228,8 @@ fn open_scene(global: &Global, args: &Args, spec: &str) -> std::result::Result<S
 }
 
 /// The tables, and what they mean.
-fn print(report: &Report, header: &Header, plan: &Plan) -> Result<()> {
+fn print(report: &Report, plan: &Plan) -> Result<()> {
+    let header = report.header();
     let mut out = std::io::stdout().lock();
     let [width, height] = plan.size;
     writeln!(

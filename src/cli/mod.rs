@@ -8,6 +8,7 @@ mod boxes;
 mod build;
 mod check;
 mod choices;
+mod compare;
 mod devices;
 mod explain;
 mod files;
@@ -16,6 +17,7 @@ mod image;
 mod layouts;
 mod query;
 mod render;
+mod report;
 mod scenes;
 mod values;
 
@@ -61,6 +63,8 @@ enum Command {
     Render(render::Args),
     Boxes(boxes::Args),
     Bench(bench::Args),
+    Compare(compare::Args),
+    Report(report::Args),
     Fits(fits::Args),
     Layouts(layouts::Args),
     Scenes(scenes::Args),
@@ -77,6 +81,8 @@ pub fn main() -> ExitCode {
         Command::Render(args) => render::run(&cli.global, args),
         Command::Boxes(args) => boxes::run(&cli.global, args),
         Command::Bench(args) => bench::run(&cli.global, args),
+        Command::Compare(args) => compare::run(args),
+        Command::Report(args) => report::run(&cli.global, args),
         Command::Fits(args) => fits::run(&cli.global, args),
         Command::Layouts(args) => layouts::run(&cli.global, args),
         Command::Scenes(args) => scenes::run(&cli.global, args),

@@ -4,6 +4,14 @@ use crate::bvh::{Directions, Fit, Generator, Method, Moment, Morton};
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
 
+/// A share in per cent: a number from 0.
+pub(super) fn percent(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if x.is_finite() && x >= 0.0 => Ok(x),
+        _ => Err("give a number from 0, in per cent".into()),
+    }
+}
+
 impl ValueEnum for Method {
     fn value_variants<'a>() -> &'a [Self] {
         Self::ALL

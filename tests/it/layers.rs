@@ -17,6 +17,7 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("bvh", &["abi", "geom", "scene", "kernels", "device"]),
     ("trace", &["abi", "geom", "scene", "kernels", "device", "bvh"]),
     ("bench", &["abi", "geom", "scene", "kernels", "device", "bvh", "trace", "oracle"]),
+    ("report", &["oracle", "bench"]),
 ];
 /// Rooms that may know all.
 const TOPS: &[&str] = &["lib", "main", "cli"];

@@ -29,6 +29,7 @@ mod quality;
 mod rays;
 mod raysort;
 mod recut;
+mod report;
 mod scan;
 mod scene;
 mod shaders;

@@ -32,6 +32,12 @@ pub struct Costs {
     pub triangles: f64,
 }
 
+impl Default for Costs {
+    fn default() -> Self {
+        Self::book()
+    }
+}
+
 impl Costs {
     /// Those of the literature, in units of its own: c_T = 3 for the two boxes of a binary node, 4 where they are
     /// oriented, c_I = 2 \[VEVERKOVA24\].

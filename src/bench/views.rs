@@ -1,0 +1,90 @@
+//! Rows of rays that differ in their view alone, added up.
+
+use super::rows::{Check, RayRow};
+use super::{Spread, TestTotals};
+use crate::trace::Boxes;
+
+/// The views of a set, added up.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Views<'r> {
+    /// As the plan has it.
+    pub scene: &'r str,
+    /// The contender's name.
+    pub builder: &'r str,
+    /// Which rays, as typed.
+    pub set: &'r str,
+    /// Rays of a run of each view.
+    pub rays: usize,
+    /// Those that hit something.
+    pub hits: usize,
+    /// Device time, ms: sums of medians and of quartiles, the latter no quartiles of the sum, but no smaller spread.
+    pub trace_ms: Spread,
+    /// Tests of all rays.
+    pub tests: TestTotals,
+    /// Rays judged, faults and unsure ones; no more of it.
+    pub check: Check,
+    /// Kernels that traced them, each once: with what was done beside.
+    pub kernels: Vec<String>,
+}
+
+impl<'r> Views<'r> {
+    /// Of all `rows`, in the order in which a set's first view comes.
+    pub fn of_all(rows: &[&'r RayRow]) -> Vec<Self> {
+        let mut sets: Vec<Vec<&RayRow>> = vec![];
+        for row in rows {
+            let same = |r: &RayRow| (&r.scene, &r.builder, &r.set) == (&row.scene, &row.builder, &row.set);
+            match sets.iter_mut().find(|views| same(views[0])) {
+                Some(views) => views.push(row),
+                None => sets.push(vec![row]),
+            }
+        }
+        sets.iter().map(|views| Self::of(views[0], views)).collect()
+    }
+
+    fn of(first: &'r RayRow, rows: &[&RayRow]) -> Self {
+        let sum = |f: fn(&RayRow) -> usize| rows.iter().map(|r| f(r)).sum();
+        let tests = |f: fn(&RayRow) -> u64| rows.iter().map(|r| f(r)).sum();
+        let ms = |f: fn(&Spread) -> f64| rows.iter().map(|r| f(&r.trace_ms)).sum();
+        let check = |f: fn(&Check) -> usize| rows.iter().filter_map(|r| r.check.as_ref()).map(f).sum();
+        let title = |r: &&RayRow| {
+            let sorted = if r.sorted { ", sorted" } else { "" };
+            let boxes = if r.boxes == Boxes::AxisAligned.name() { ", axis-aligned boxes" } else { "" };
+            format!("{}{sorted}{boxes}", r.kernel)
+        };
+        let mut kernels: Vec<String> = rows.iter().map(title).collect();
+        kernels.sort_unstable();
+        kernels.dedup();
+        Self {
+            scene: &first.scene,
+            builder: &first.builder,
+            set: &first.set,
+            rays: sum(|r| r.rays),
+            hits: sum(|r| r.hits),
+            trace_ms: Spread {
+                median: ms(|s| s.median),
+                min: ms(|s| s.min),
+                max: ms(|s| s.max),
+                q1: ms(|s| s.q1),
+                q3: ms(|s| s.q3),
+                runs: rows.iter().map(|r| r.trace_ms.runs).min().unwrap_or(0),
+            },
+            tests: TestTotals {
+                boxes: tests(|r| r.tests.boxes),
+                oriented: tests(|r| r.tests.oriented),
+                triangles: tests(|r| r.tests.triangles),
+            },
+            check: Check {
+                rays: check(|c| c.rays),
+                faults: check(|c| c.faults),
+                unsure: check(|c| c.unsure),
+                ..Check::default()
+            },
+            kernels,
+        }
+    }
+
+    /// Millions of rays a second.
+    pub fn mrays_s(&self) -> Spread {
+        self.trace_ms.rate(self.rays)
+    }
+}

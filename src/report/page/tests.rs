@@ -1,0 +1,76 @@
+#![allow(clippy::unwrap_used)]
+
+use super::*;
+use crate::bench::{Header, KernelTime, Order, RayRow, Spread};
+use crate::oracle::validate::Stats;
+
+/// Names as files may have them.
+const HOSTILE: &str = "<script>alert('a')</script>\"&amp;.obj";
+
+fn results(scene: &str) -> Results {
+    let spread = Spread::of(&[1.0, 2.0, 3.0]);
+    let kernels = vec![KernelTime { name: "ploc/search".into(), count: 2, ms: 0.5 }];
+    let tree = Stats { area_by_level: vec![1.0, 0.5], ..Stats::default() };
+    let build = BuildRow {
+        scene: scene.into(),
+        builder: "ploc".into(),
+        build_ms: spread,
+        kernels,
+        tree,
+        explain: vec![format!("skipped {scene}")],
+        ..BuildRow::default()
+    };
+    let rays = RayRow {
+        scene: scene.into(),
+        builder: "ploc".into(),
+        view: 1,
+        set: format!("file:{scene}"),
+        rays: 1000,
+        trace_ms: spread,
+        ..RayRow::default()
+    };
+    let order = Order { scenes: vec![scene.into()], ..Order::default() };
+    let header =
+        Header { device: "a device".into(), order, command: vec![scene.into()], ..Header::default() };
+    Results { header, builds: vec![build], rays: vec![rays] }
+}
+
+#[test]
+fn names_are_text() {
+    let page = html(&[results(HOSTILE)]).unwrap();
+    assert!(page.contains("&lt;script&gt;alert"), "it is named");
+    for markup in ["<script", "alert('a')</", "\"&amp;.obj", "onerror="] {
+        assert!(!page.contains(markup), "{markup}");
+    }
+}
+
+#[test]
+fn nothing_is_asked_of_a_network() {
+    let page = html(&[results("dragon")]).unwrap();
+    // Names of namespaces are no addresses.
+    let page = page.replace("http://www.w3.org/2000/svg", "");
+    for asking in ["http:", "https:", "src=", "@import", "url(", "<link", "<script", "<iframe"] {
+        assert!(!page.contains(asking), "{asking}");
+    }
+}
+
+#[test]
+fn what_was_measured_is_there() {
+    let page = html(&[results("dragon"), results("sponza")]).unwrap();
+    for text in ["dragon", "sponza", "skipped dragon", "a device", "Mrays/s", "<svg", "ploc"] {
+        assert!(page.contains(text), "{text}");
+    }
+    assert_eq!(page.matches("<h2>").count(), 2, "a run a section");
+}
+
+#[test]
+fn no_rows_make_a_page_too() {
+    let nothing = Results { builds: vec![], rays: vec![], ..results("dragon") };
+    assert!(html(&[nothing]).unwrap().contains("a device"));
+}
+
+#[test]
+fn counts_are_short() {
+    let shown = [0.0, 870.0, 3_140.0, 99_900.0, 1_000_000.0, 12_345_678.0, 4e9].map(count);
+    assert_eq!(shown, ["0", "870", "3.1k", "100k", "1.0M", "12M", "4.0G"]);
+}

@@ -1,0 +1,175 @@
+//! Plots as SVG: bars that lie, curves, points. Titles and legends are the page's, so that text there wraps.
+
+use super::{ReportError, Result};
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+/// Pixels of a plot's width; the page scales it.
+const WIDTH: u32 = 720;
+/// Pixels of a bar and the gap below it.
+const ROW: u32 = 22;
+/// Pixels between two bars of a row's height.
+const GAP: u32 = 6;
+const FONT: (&str, u32) = ("sans-serif", 13);
+/// By Okabe and Ito: told apart by most eyes, and in grey.
+const COLOURS: [RGBColor; 8] = [
+    RGBColor(0, 114, 178),
+    RGBColor(230, 159, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(86, 180, 233),
+    RGBColor(213, 94, 0),
+    RGBColor(240, 228, 66),
+    RGBColor(110, 110, 110),
+];
+
+/// A plot for the page.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub(super) struct Plot {
+    /// What it shows, with its units.
+    pub(super) title: String,
+    /// An `svg` element.
+    pub(super) svg: String,
+    /// Colours, as CSS has them, and what they stand for.
+    pub(super) legend: Vec<[String; 2]>,
+}
+
+/// A bar of stacked parts, in the order of the legend.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Bar {
+    pub(super) label: String,
+    pub(super) parts: Vec<f64>,
+    /// A whisker.
+    pub(super) range: Option<[f64; 2]>,
+}
+
+/// Points of one name.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Series {
+    pub(super) name: String,
+    pub(super) points: Vec<[f64; 2]>,
+}
+
+fn colour(i: usize) -> RGBColor {
+    COLOURS[i % COLOURS.len()]
+}
+
+fn legend<'n>(names: impl IntoIterator<Item = &'n String>) -> Vec<[String; 2]> {
+    let css = |i| {
+        let RGBColor(r, g, b) = colour(i);
+        format!("#{r:02x}{g:02x}{b:02x}")
+    };
+    names.into_iter().enumerate().map(|(i, name)| [css(i), name.clone()]).collect()
+}
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+type Drawn = std::result::Result<(), Box<dyn std::error::Error>>;
+
+fn drawn(title: &str, height: u32, draw: impl FnOnce(&Area) -> Drawn) -> Result<String> {
+    let mut svg = String::new();
+    let area = SVGBackend::with_string(&mut svg, (WIDTH, height)).into_drawing_area();
+    let done = draw(&area).and_then(|()| Ok(area.present()?));
+    drop(area);
+    done.map_err(|e| ReportError::Plot { plot: title.to_owned(), why: e.to_string() })?;
+    Ok(svg)
+}
+
+/// Bars one below another along an axis `unit` that begins at 0; `names` are those of their parts.
+pub(super) fn bars(title: &str, unit: &str, names: &[String], bars: &[Bar]) -> Result<Plot> {
+    let total = |b: &Bar| b.parts.iter().sum::<f64>();
+    let end = |b: &Bar| b.range.map_or(0.0, |r| r[1]).max(total(b));
+    let most = bars.iter().map(end).fold(f64::MIN_POSITIVE, f64::max) * 1.04;
+    let rows = bars.len().max(1) as f64;
+    let svg = drawn(title, ROW * bars.len() as u32 + 64, |area| {
+        let mut chart = ChartBuilder::on(area)
+            .margin(8)
+            .margin_right(16)
+            .x_label_area_size(44)
+            .y_label_area_size(190)
+            .build_cartesian_2d(0.0..most, 0.0..rows)?;
+        chart.configure_mesh().disable_y_mesh().y_labels(0).x_desc(unit).label_style(FONT).draw()?;
+        let right = TextStyle::from(FONT.into_font()).pos(Pos::new(HPos::Right, VPos::Center));
+        let inset = f64::from(GAP) / f64::from(ROW) / 2.0;
+        for (i, bar) in bars.iter().enumerate() {
+            let (low, high) = (rows - i as f64 - 1.0 + inset, rows - i as f64 - inset);
+            let mut x = 0.0;
+            for (k, part) in bar.parts.iter().enumerate() {
+                let corners = [(x, low), (x + part, high)];
+                chart.draw_series([Rectangle::new(corners, colour(k).filled())])?;
+                x += part;
+            }
+            let middle = (low + high) / 2.0;
+            if let Some([from, to]) = bar.range {
+                let ends = [from, to].map(|x| PathElement::new([(x, low), (x, high)], BLACK));
+                chart.draw_series(ends)?;
+                chart.draw_series([PathElement::new([(from, middle), (to, middle)], BLACK)])?;
+            }
+            let label =
+                EmptyElement::at((0.0, middle)) + Text::new(bar.label.clone(), (-8, 0), right.clone());
+            chart.plotting_area().draw(&label)?;
+        }
+        Ok(())
+    })?;
+    Ok(Plot { title: title.to_owned(), svg, legend: if names.len() > 1 { legend(names) } else { vec![] } })
+}
+
+/// Least and greatest coordinate `k` of all points that are above 0, a little apart.
+fn range(series: &[Series], k: usize) -> [f64; 2] {
+    let all = || series.iter().flat_map(|s| &s.points).map(|p| p[k]).filter(|x| *x > 0.0 && x.is_finite());
+    let (low, high) = (all().fold(f64::INFINITY, f64::min), all().fold(0.0, f64::max));
+    if low <= high { [low / 1.2, high * 1.2] } else { [0.1, 1.0] }
+}
+
+/// Curves over whole numbers from 0; the other axis is logarithmic, and what is not above 0 left out.
+pub(super) fn curves(title: &str, units: [&str; 2], series: &[Series]) -> Result<Plot> {
+    let [low, high] = range(series, 1);
+    let most = series.iter().flat_map(|s| &s.points).map(|p| p[0]).fold(1.0, f64::max);
+    let svg = drawn(title, 340, |area| {
+        let mut chart = ChartBuilder::on(area)
+            .margin(8)
+            .margin_right(16)
+            .x_label_area_size(44)
+            .y_label_area_size(72)
+            .build_cartesian_2d(0.0..most, (low..high).log_scale())?;
+        chart
+            .configure_mesh()
+            .light_line_style(TRANSPARENT)
+            .x_desc(units[0])
+            .y_desc(units[1])
+            .label_style(FONT)
+            .draw()?;
+        for (i, s) in series.iter().enumerate() {
+            let points = s.points.iter().filter(|p| p[1] > 0.0).map(|p| (p[0], p[1]));
+            chart.draw_series(LineSeries::new(points, colour(i).stroke_width(2)))?;
+        }
+        Ok(())
+    })?;
+    Ok(Plot { title: title.to_owned(), svg, legend: legend(series.iter().map(|s| &s.name)) })
+}
+
+/// Points, both axes logarithmic; what is not above 0 left out.
+pub(super) fn points(title: &str, units: [&str; 2], series: &[Series]) -> Result<Plot> {
+    let [[left, right], [low, high]] = [0, 1].map(|k| range(series, k));
+    let svg = drawn(title, 380, |area| {
+        let mut chart = ChartBuilder::on(area)
+            .margin(8)
+            .margin_right(16)
+            .x_label_area_size(44)
+            .y_label_area_size(72)
+            .build_cartesian_2d((left..right).log_scale(), (low..high).log_scale())?;
+        chart
+            .configure_mesh()
+            .light_line_style(TRANSPARENT)
+            .x_desc(units[0])
+            .y_desc(units[1])
+            .label_style(FONT)
+            .draw()?;
+        for (i, s) in series.iter().enumerate() {
+            let there = s.points.iter().filter(|p| p.iter().all(|x| *x > 0.0));
+            chart.draw_series(there.map(|p| Circle::new((p[0], p[1]), 4, colour(i).filled())))?;
+        }
+        Ok(())
+    })?;
+    Ok(Plot { title: title.to_owned(), svg, legend: legend(series.iter().map(|s| &s.name)) })
+}

@@ -1,0 +1,92 @@
+//! Reports, shards and comparisons of runs, as programs.
+
+#![allow(clippy::unwrap_used)]
+
+use crate::bench::{args, folder, rows};
+use crate::cli::Folder;
+use std::fs;
+use std::process::Output;
+
+fn text(out: &Output) -> String {
+    format!("{}{}", String::from_utf8_lossy(&out.stdout), String::from_utf8_lossy(&out.stderr))
+}
+
+/// A run of the benchmark into `out`.
+fn measured(folder: &Folder, more: &[&str]) -> String {
+    let out = folder.run(&args(more));
+    assert!(out.status.success(), "{}", text(&out));
+    text(&out)
+}
+
+fn page(folder: &Folder, path: &str) -> String {
+    fs::read_to_string(folder.path(path)).unwrap()
+}
+
+#[test]
+fn bench_ends_with_the_path_of_a_report() {
+    let folder = folder();
+    let said = measured(&folder, &["--out", "r"]);
+    let path = said.lines().find_map(|line| line.strip_prefix("Report: ")).unwrap();
+    let page = fs::read_to_string(path).unwrap();
+    for word in ["sphere:2k", "hairball:2k", "wide-leaves", "file:b.rays", "The answer", "none is wrong"] {
+        assert!(page.contains(word), "{word}");
+    }
+    // From its rows alone it is the same.
+    assert!(folder.run(&["report", "r", "--out", "again.html"]).status.success());
+    assert_eq!(self::page(&folder, "again.html"), page);
+}
+
+#[test]
+fn shards_make_the_whole() {
+    let folder = folder();
+    measured(&folder, &["--out", "whole"]);
+    let mut shared = 0;
+    for shard in ["1/3", "2/3", "3/3"] {
+        let out = format!("s{}", &shard[..1]);
+        measured(&folder, &["--out", &out, "--shard", shard]);
+        let whole = rows(&folder, "whole/rows.jsonl");
+        let part = rows(&folder, &format!("{out}/rows.jsonl"));
+        assert!(part.iter().all(|(key, row)| whole[key] == *row), "{shard}");
+        shared += part.len();
+    }
+    assert_eq!(shared, rows(&folder, "whole/rows.jsonl").len());
+    let out = folder.run(&["report", "s2", "s1", "s3", "whole", "--out", "all.html"]);
+    assert!(out.status.success(), "{}", text(&out));
+    let page = page(&folder, "all.html");
+    assert_eq!(page.matches("<h2>").count(), 1, "shards of one run are one run");
+    assert_eq!(page.matches("triangles</h3>").count(), 2, "two scenes");
+    folder.fails(&["bench", "sphere:9", "--shard", "4/3"], 2, "no shard");
+}
+
+#[test]
+fn comparisons_are_gates() {
+    let folder = folder();
+    measured(&folder, &["--out", "a"]);
+    let same = folder.run(&["compare", "a", "a/bench.json"]);
+    assert!(same.status.success(), "{}", text(&same));
+    // A tree of twice the bytes, and no rays of a file.
+    fs::create_dir(folder.path("b")).unwrap();
+    let lines = page(&folder, "a/rows.jsonl");
+    let changed: Vec<String> = lines
+        .lines()
+        .filter(|line| !line.contains("\"file:b.rays\",\"kernel\""))
+        .map(|line| line.replace("\"bvh_bytes\":", "\"bvh_bytes\":9"))
+        .collect();
+    fs::write(folder.path("b/rows.jsonl"), changed.join("\n") + "\n").unwrap();
+    let worse = folder.run(&["compare", "a", "b", "--of", "counts"]);
+    assert!(!worse.status.success() && text(&worse).contains("worse by more than 5 %"), "{}", text(&worse));
+    assert!(text(&worse).contains("only the first has"), "{}", text(&worse));
+    let times = folder.run(&["compare", "a", "b", "--of", "times", "--json"]);
+    assert!(!times.status.success() && text(&times).contains("lacks 4 rows"), "{}", text(&times));
+    assert!(folder.run(&["compare", "b", "a", "--of", "times"]).status.success(), "more rows are no fault");
+    folder.fails(&["compare", "a", "none"], 1, "none");
+    folder.fails(&["compare", "a", "a", "--threshold=-1"], 2, "number from 0");
+}
+
+#[test]
+fn reports_of_nothing_are_refused() {
+    let folder = folder();
+    folder.fails(&["report", "none"], 1, "none/rows.jsonl");
+    fs::write(folder.path("rows.jsonl"), "{}\n").unwrap();
+    folder.fails(&["report", "."], 1, "line 1");
+}
