@@ -94,6 +94,8 @@ struct Build<'a> {
     timing: Timing,
     times: Times,
     explain: Vec<String>,
+    /// Memory in use before the build, bytes.
+    before: u64,
     /// Most memory in use before the tree's own was allocated, bytes.
     peak_before_tree: u64,
 }
@@ -106,6 +108,11 @@ impl Build<'_> {
     fn run(&mut self, recorder: Recorder) -> Result<()> {
         self.times.append(recorder.submit()?);
         Ok(())
+    }
+
+    /// Memory that the build holds, bytes.
+    fn scratch(&self) -> u64 {
+        self.device.memory_in_use().saturating_sub(self.before)
     }
 
     fn buffer<T: bytemuck::NoUninit>(&self, name: &str, len: usize) -> Result<Buffer<T>> {
@@ -160,14 +167,14 @@ pub enum BuildError {
     },
     /// Not even the boxes of one basis have room.
     #[error(
-        "odop: {needed} MiB are wanted for boxes in one basis, {allowed} MiB are allowed and {free} MiB free on the device: allow more (--memory), or use a smaller scene or another builder"
+        "odop: {} MiB are wanted, though boxes be kept in one basis at a time; {} MiB are allowed and {} MiB free on the device: allow more (--memory), or use a smaller scene or another builder", needed.div_ceil(1 << 20), allowed >> 20, free >> 20
     )]
     Bases {
-        /// Boxes in one basis, MiB.
+        /// Boxes in one basis and all else, bytes.
         needed: u64,
-        /// [`Recipe::memory`], MiB.
+        /// [`Recipe::memory`], bytes.
         allowed: u64,
-        /// Free, MiB.
+        /// Free, bytes.
         free: u64,
     },
     /// PLOC or ODOP made no progress: a fault of the device or the driver.
@@ -251,6 +258,7 @@ fn run(
         timing,
         times: Times::default(),
         explain: vec![],
+        before,
         peak_before_tree: 0,
     };
     let (order, mut tree, space) = match recipe.builder {

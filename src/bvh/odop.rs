@@ -42,6 +42,13 @@ struct Lists {
     tails: Buffer<u32>,
 }
 
+impl Lists {
+    /// Of those of `count` triangles.
+    fn bytes(count: usize) -> u64 {
+        2 * size_of::<u32>() as u64 * count as u64
+    }
+}
+
 /// Clusters the triangles of `order` into a binary tree by their boxes in `bases`.
 pub(super) fn cluster(build: &mut Build<'_>, order: &Order, space: &Space, bases: Bases) -> Result<RawTree> {
     if order.count == 0 {
@@ -97,7 +104,7 @@ impl<'a> Odop<'a> {
         let rounds = Rounds::new(build, order.count, 1)?;
         let slots = build.buffer("odop.slots", 2 * count)?;
         let pairs = build.buffer("odop.pairs", count / 2)?;
-        let slabs = Slabs::new(build, axes.len(), count)?;
+        let slabs = Slabs::new(build, axes.len(), count, Lists::bytes(count))?;
         let lists = if slabs.room(order.count) < axes.len() {
             Some(Lists { next: build.buffer("odop.next", count)?, tails: build.buffer("odop.tails", count)? })
         } else {

@@ -68,8 +68,8 @@ pub struct Recipe {
     pub directions: Directions,
     /// Evaluations of a local search for a smaller box after each fit: 0–1024. More: slower, smaller boxes.
     pub local_search: u32,
-    /// Device memory that ODOP's boxes may take, bytes; where the device has less free, that. Less: slower, the same
-    /// tree.
+    /// Device memory that ODOP may hold beside the scene while it clusters, bytes; where the device has less free, that.
+    /// Less: slower, the same tree.
     pub memory: u64,
 }
 

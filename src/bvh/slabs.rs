@@ -18,22 +18,21 @@ pub(super) struct Slabs {
 }
 
 impl Slabs {
-    /// Room for `bases` slabs of `clusters` boxes, or what of it the recipe allows and the device has.
-    pub fn new(build: &Build<'_>, bases: usize, clusters: usize) -> Result<Self> {
+    /// Room for `bases` slabs of `clusters` boxes, or what of it the recipe allows and the device has: where that is not
+    /// all, `beside` bytes less.
+    pub fn new(build: &Build<'_>, bases: usize, clusters: usize, beside: u64) -> Result<Self> {
         let box_bytes = size_of::<Aabb>() as u64;
-        let free = build.device.memory_free();
-        // Some is for others; and the boxes of a single cluster must have room whatever is allowed.
-        let least = bases as u64 * box_bytes;
-        let allowed = build.recipe.memory.min(free - free / 16).max(least) / box_bytes;
+        let (free, taken) = (build.device.memory_free(), build.scratch());
         let slab = clusters as u64;
-        let mut left = allowed.min(bases as u64 * slab);
+        let wanted = bases as u64 * slab;
+        // Some is for others.
+        let left = build.recipe.memory.saturating_sub(taken).min(free - free / 16);
+        let left = if left < wanted * box_bytes { left.saturating_sub(beside) } else { left };
+        // The boxes of a single cluster must have room whatever is allowed.
+        let mut left = (left / box_bytes).max(bases as u64).min(wanted);
         if left < slab {
-            let mib = |bytes: u64| bytes.div_ceil(1 << 20);
-            return Err(BuildError::Bases {
-                needed: mib(slab * box_bytes),
-                allowed: build.recipe.memory >> 20,
-                free: free >> 20,
-            });
+            let needed = taken + beside + slab * box_bytes;
+            return Err(BuildError::Bases { needed, allowed: build.recipe.memory, free });
         }
         let whole = (BUFFER / slab).max(1) * slab;
         let mut buffers = vec![];

@@ -127,7 +127,7 @@ pub(super) struct RecipeArgs {
     /// Morton codes.
     #[arg(long, value_enum, default_value_t = Recipe::default().morton)]
     morton: Morton,
-    /// Device memory that odop's boxes may take, such as 8GiB; with less than they want it takes longer, for the same
+    /// Device memory that odop may hold beside the scene, such as 8GiB; with less than it wants it takes longer, for the same
     /// tree.
     #[arg(long, value_name = "SIZE", default_value = "4GiB", value_parser = memory)]
     memory: u64,

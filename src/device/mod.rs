@@ -343,9 +343,14 @@ impl Device {
         unsafe { self.raw.destroy_buffer(memory.raw, None) };
     }
 
+    /// Memory of all live buffers, bytes.
+    pub fn memory_in_use(&self) -> u64 {
+        self.in_use.load(Ordering::Relaxed)
+    }
+
     /// Starts watching for the most memory in use; returns what is in use now, bytes.
     pub fn track_memory(&self) -> u64 {
-        let now = self.in_use.load(Ordering::Relaxed);
+        let now = self.memory_in_use();
         self.peak.store(now, Ordering::Relaxed);
         now
     }
