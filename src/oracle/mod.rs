@@ -9,6 +9,7 @@ pub mod collapse;
 pub mod compare;
 pub mod dito;
 pub mod exact;
+pub mod excess;
 pub mod fits;
 pub mod layout;
 pub mod layouts;

@@ -3,7 +3,7 @@
 
 use crate::abi::{Hit, LIGHTS, Ray, Surface};
 use crate::scene::Scene;
-use crate::trace::rays::{Light, Secondary, SecondaryKind, View};
+use crate::trace::rays::{Light, Sampler, Secondary, SecondaryKind, View};
 use glam::{DVec3, Vec3};
 
 const OFFSET: f32 = 1.0 / 262_144.0;
@@ -138,15 +138,19 @@ pub fn turned(turn: u32) -> [f32; 2] {
 }
 
 /// Point `i` as primary `primary` has it.
-fn point_of(i: u32, primary: u32) -> [u32; 2] {
-    let turned =
-        |base: u32, k: u32| (radical_inverse(i + 1, base) + (hash(2 * primary + k) >> 8)) & 0xff_ffff;
-    [turned(2, 0), turned(3, 1)]
+fn point_of(sampler: Sampler, i: u32, primary: u32) -> [u32; 2] {
+    let [x, y] = match sampler {
+        Sampler::Halton(skipped) => [2, 3].map(|base| radical_inverse(skipped + i + 1, base)),
+        // The host's own, which kernels only read.
+        Sampler::Random(_) => sampler.point(i),
+    };
+    let turned = |x: u32, k: u32| (x + (hash(2 * primary + k) >> 8)) & 0xff_ffff;
+    [turned(x, 0), turned(y, 1)]
 }
 
 /// Ray `sample` of those that leave `surface`.
-fn leave(surface: &Surface, sample: u32, length: f32) -> Ray {
-    let [u, v] = point_of(sample, surface.primary);
+fn leave(surface: &Surface, sample: u32, kind: &Secondary) -> Ray {
+    let [u, v] = point_of(kind.sampler, sample, surface.primary);
     let r = root(u as f32 * SHARE);
     let z = root((16_777_216 - u) as f32 * SHARE);
     let [x, y] = turned(v).map(|t| t * r);
@@ -154,13 +158,13 @@ fn leave(surface: &Surface, sample: u32, length: f32) -> Ray {
     let tangent = if n.x.abs() > n.z.abs() { Vec3::new(-n.y, n.x, 0.0) } else { Vec3::new(0.0, -n.z, n.y) };
     let tangent = unit(tangent).unwrap_or(Vec3::ZERO);
     let direction = tangent * x + outer(n, tangent) * y + n * z;
-    Ray { origin: surface.origin, t_min: 0.0, direction: direction.to_array(), t_max: length }
+    Ray { origin: surface.origin, t_min: 0.0, direction: direction.to_array(), t_max: kind.length }
 }
 
 /// Ray `sample` of those from `surface` to `lights`; none where its light is behind.
-fn ray_to_light(surface: &Surface, sample: u32, lights: &[Light], length: f32) -> Option<Ray> {
+fn ray_to_light(surface: &Surface, sample: u32, lights: &[Light], kind: &Secondary) -> Option<Ray> {
     let light = &lights[(sample % LIGHTS) as usize];
-    let [u, v] = point_of(sample / LIGHTS, surface.primary);
+    let [u, v] = point_of(kind.sampler, sample / LIGHTS, surface.primary);
     let (u, w) = (u as f32 * SHARE, (16_777_216 - u) as f32 * SHARE);
     let r = 2.0 * root(u * w);
     let [x, y] = turned(v).map(|t| t * r);
@@ -172,7 +176,7 @@ fn ray_to_light(surface: &Surface, sample: u32, lights: &[Light], length: f32) -
         origin: surface.origin,
         t_min: 0.0,
         direction: direction.to_array(),
-        t_max: length,
+        t_max: kind.length,
     })
 }
 
@@ -196,10 +200,10 @@ pub fn secondary(
         let samples = 0..kind.samples;
         match kind.kind {
             SecondaryKind::Ao | SecondaryKind::Diffuse => {
-                out.extend(samples.map(|s| leave(&surface, s, kind.length)));
+                out.extend(samples.map(|s| leave(&surface, s, kind)));
             }
             SecondaryKind::Shadow(lights) => {
-                out.extend(samples.filter_map(|s| ray_to_light(&surface, s, &lights, kind.length)));
+                out.extend(samples.filter_map(|s| ray_to_light(&surface, s, &lights, kind)));
             }
         }
     }

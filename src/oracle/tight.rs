@@ -149,6 +149,31 @@ fn of_node(tree: &HostTree, i: usize, ranges: &[[u32; 2]], points: &[Vec3]) -> S
     })
 }
 
+/// A child's box: the frame of the node above, its first triangle and how many there are.
+pub(super) struct ChildBox {
+    /// None: along the axes.
+    pub frame: Option<[u32; 2]>,
+    pub first: u32,
+    pub count: u32,
+}
+
+/// Of all children, node by node.
+pub(super) fn boxes_of(tree: &HostTree) -> Vec<ChildBox> {
+    let ranges = ranges(tree);
+    let of_node = |node: &crate::abi::Node| {
+        let frame = is_oriented(node.frame).then_some(node.frame);
+        let box_of = |c: u32| {
+            let [first, count] = match tree.child(c) {
+                Child::Node(n) => ranges[n as usize],
+                Child::Leaf { first, count } => [first, count],
+            };
+            ChildBox { frame, first, count }
+        };
+        node.children.into_iter().filter(|c| *c != INVALID).map(box_of).collect::<Vec<_>>()
+    };
+    tree.nodes.iter().flat_map(of_node).collect()
+}
+
 /// First triangle and number of triangles below each node.
 fn ranges(tree: &HostTree) -> Vec<[u32; 2]> {
     let below =

@@ -9,7 +9,7 @@ use boxwood::bvh::{Bvh, Recipe, SceneBuffers, build};
 use boxwood::device::{Device, Timing};
 use boxwood::oracle::rays as twin;
 use boxwood::scene::{self, Camera, Progress, Scene};
-use boxwood::trace::rays::{Light, Secondary, View, pixel_order, primary, secondary};
+use boxwood::trace::rays::{Light, Sampler, Secondary, View, pixel_order, primary, secondary};
 use boxwood::trace::{Batch, Options, Query, trace};
 use glam::{DVec3, Vec3};
 use std::sync::Arc;
@@ -115,7 +115,10 @@ fn secondary_rays_are_their_twins() {
     let met = hits.iter().filter(|h| h.is_hit()).count();
     assert!(met > 500 && met < hits.len() - 500, "{met} of {} primaries hit", hits.len());
     let ao = Secondary::ao(&stage.scene.bounds());
-    for kind in [ao, Secondary::diffuse(), Secondary { samples: 1, ..ao }, Secondary { samples: 7, ..ao }] {
+    let random = Secondary { samples: 9, sampler: Sampler::Random(3), ..ao };
+    let later = Secondary { samples: 5, sampler: Sampler::Halton(8192), ..ao };
+    let few = [1, 7].map(|samples| Secondary { samples, ..ao });
+    for kind in [ao, Secondary::diffuse(), few[0], few[1], random, later] {
         let samples = kind.samples as usize;
         for capacity in [met * samples + 5, met * samples, 3000, samples] {
             if capacity == samples && samples != 32 {

@@ -1,5 +1,6 @@
 //! Rays that leave what primary rays met: ambient occlusion, diffuse, shadow.
 
+use super::sampler::Sampler;
 use super::shadow::{Light, Shadow};
 use crate::abi::{
     Aabb, LIGHTS, Pair, RaysCountArgs, RaysSecondaryArgs, RaysSurfaceArgs, SPEC_ITEMS, SPEC_WG,
@@ -45,6 +46,8 @@ pub struct Secondary {
     /// Greatest t of each ray, in lengths of its direction: scene units where directions are unit vectors; 1 for shadow
     /// rays, whose directions reach to the light. May be +inf.
     pub length: f32,
+    /// Where in the unit square.
+    pub sampler: Sampler,
 }
 
 impl Secondary {
@@ -52,17 +55,27 @@ impl Secondary {
     pub fn ao(bounds: &Aabb) -> Self {
         let square: f64 = (0..3).map(|k| (f64::from(bounds.hi[k]) - f64::from(bounds.lo[k])).powi(2)).sum();
         let length = if square.is_finite() { AO_SHARE * square.sqrt() as f32 } else { f32::INFINITY };
-        Self { kind: SecondaryKind::Ao, samples: SAMPLES, length }
+        Self { kind: SecondaryKind::Ao, samples: SAMPLES, length, sampler: Sampler::default() }
     }
 
     /// 32 diffuse rays a hit, endless.
     pub fn diffuse() -> Self {
-        Self { kind: SecondaryKind::Diffuse, samples: SAMPLES, length: f32::INFINITY }
+        Self {
+            kind: SecondaryKind::Diffuse,
+            samples: SAMPLES,
+            length: f32::INFINITY,
+            sampler: Sampler::default(),
+        }
     }
 
     /// A shadow ray from each hit to each of `lights`.
     pub fn shadow(lights: [Light; LIGHTS as usize]) -> Self {
-        Self { kind: SecondaryKind::Shadow(lights), samples: LIGHTS, length: 1.0 }
+        Self {
+            kind: SecondaryKind::Shadow(lights),
+            samples: LIGHTS,
+            length: 1.0,
+            sampler: Sampler::default(),
+        }
     }
 
     /// What to ask of the tracer.
@@ -72,20 +85,6 @@ impl Secondary {
             SecondaryKind::Diffuse => Query::Closest,
         }
     }
-}
-
-/// The `index`th point of Halton's sequence in bases 2 and 3 (Halton60), 24-bit fixed point, rounded down.
-fn halton(index: u32) -> Pair {
-    let inverse = |base: u64| {
-        let (mut rest, mut digits, mut scale) = (u64::from(index), 0, 1);
-        while rest > 0 {
-            digits = digits * base + rest % base;
-            scale *= base;
-            rest /= base;
-        }
-        ((digits << 24) / scale) as u32
-    };
-    [inverse(2), inverse(3)]
 }
 
 /// Makes secondary rays of `kind` into `out`: `samples` for each traced primary that hit a triangle, none for one that
@@ -169,7 +168,7 @@ impl Surfaces {
             samples: kind.samples,
             sums: Buffer::new(device, "rays.sums", (end - start).div_ceil(run_length(device) as usize))?,
             range: start as u32..end as u32,
-            sequence: (1..=kind.samples).map(halton).collect(),
+            sequence: (0..kind.samples).map(|i| kind.sampler.point(i)).collect(),
         })
     }
 
@@ -241,19 +240,4 @@ impl Surfaces {
 /// Primaries that one invocation looks at in turn.
 fn run_length(device: &Device) -> u32 {
     device.shape().items.max(RUN)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn halton_points() {
-        let share = |p: Pair| p.map(|x| f64::from(x) / f64::from(1 << 24));
-        for (index, u, v) in [(1, 1.0 / 2.0, 1.0 / 3.0), (2, 1.0 / 4.0, 2.0 / 3.0), (5, 5.0 / 8.0, 7.0 / 9.0)]
-        {
-            let p = share(halton(index));
-            assert!((p[0] - u).abs() < 1e-7 && (p[1] - v).abs() < 1e-7, "{index}: {p:?}");
-        }
-    }
 }
