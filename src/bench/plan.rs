@@ -1,11 +1,12 @@
 //! What the benchmark does: a preset with its parents' values filled in, and what the command line changes.
 
+use super::images;
 use super::rows::Order;
 use crate::abi::{Aabb, Ray};
 use crate::bvh::{Fit, Recipe};
 use crate::scene::Transform;
-use crate::trace::rays::{Light, Secondary};
-use crate::trace::{BATCH, Query, RayOrder};
+use crate::trace::rays::{Aimed, Light, Secondary};
+use crate::trace::{BATCH, Precision, Query, RayOrder};
 use std::fmt;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -77,8 +78,17 @@ pub struct RayFile {
 pub enum RaySet {
     /// Made from each view.
     Made(RayKind),
-    /// From a file: the same whatever the view.
+    /// Aimed at a part of the scene: the same whatever the view.
+    Aimed(Aimed),
+    /// From a file: likewise.
     File(RayFile),
+}
+
+impl RaySet {
+    /// Whether each view has its own.
+    pub fn is_of_views(&self) -> bool {
+        matches!(self, Self::Made(_))
+    }
 }
 
 impl fmt::Display for RaySet {
@@ -86,6 +96,7 @@ impl fmt::Display for RaySet {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Made(kind) => f.write_str(kind.name()),
+            Self::Aimed(aimed) => f.write_str(aimed.name()),
             Self::File(file) => {
                 let query = match file.query {
                     Query::Closest => "file",
@@ -128,6 +139,19 @@ pub struct Contender {
     pub name: String,
     /// How it builds.
     pub recipe: Recipe,
+    /// Which triangle test its rays take.
+    pub precision: Precision,
+}
+
+/// Pictures whose error is measured.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ImagePlan {
+    /// Width and height, pixels.
+    pub size: [u32; 2],
+    /// Samples a hit of each picture.
+    pub samples: Vec<u32>,
+    /// Samples a hit of the picture that they are held against.
+    pub converged: u32,
 }
 
 /// A benchmark.
@@ -157,6 +181,12 @@ pub struct Plan {
     pub coverage: Coverage,
     /// Rays of each set, at most, that the f64 reference judges.
     pub check: usize,
+    /// Rays of each set that is aimed at something.
+    pub aimed: usize,
+    /// Boxes of each tree that are held against near-optimal ones; 0: none.
+    pub boxes: usize,
+    /// Pictures, through the first contender's tree.
+    pub images: Option<ImagePlan>,
 }
 
 /// A part of a plan. Its cells, scenes by builders, go scene by scene, and a shard takes a run of them, so that builders of
@@ -208,6 +238,14 @@ pub struct Key {
     pub rays: Option<(usize, String)>,
 }
 
+impl Key {
+    /// Of a picture.
+    pub fn image(scene: &str, builder: &str, shows: &str, sampler: &str, samples: u32) -> Self {
+        let what = format!("{shows}, {sampler}, {samples} samples");
+        Self { scene: scene.to_owned(), builder: builder.to_owned(), rays: Some((0, what)) }
+    }
+}
+
 impl fmt::Display for Key {
     /// `dragon, ploc, view 1, ao`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -241,13 +279,17 @@ impl Plan {
         let key = |c: &Contender, rays| Key { scene: scene.to_owned(), builder: c.name.clone(), rays };
         let mut keys: Vec<Key> = contenders.iter().map(|c| key(c, None)).collect();
         for set in &self.rays {
-            let views = match set {
-                RaySet::Made(_) => 1..=self.views,
-                RaySet::File(_) => 0..=0,
-            };
+            let views = if set.is_of_views() { 1..=self.views } else { 0..=0 };
             for view in views {
                 keys.extend(contenders.iter().map(|c| key(c, Some((view, set.to_string())))));
             }
+        }
+        if let (Some(images), Some(first)) = (&self.images, contenders.first()) {
+            let of = |[shows, sampler]: [&str; 2]| {
+                let image = |n: &u32| Key::image(scene, &first.name, shows, sampler, *n);
+                images.samples.iter().map(image).collect::<Vec<_>>()
+            };
+            keys.extend(images::kinds().flat_map(of));
         }
         keys
     }
@@ -270,11 +312,12 @@ impl Plan {
             .iter()
             .map(|set| match set {
                 RaySet::Made(_) => set.to_string(),
+                RaySet::Aimed(_) => format!("{set} ({} rays)", self.aimed),
                 RaySet::File(file) => format!("{set} ({} rays)", file.rays.len()),
             })
             .collect();
         format!(
-            "scenes {:?}, {:?}; builders {:?}; rays {rays:?} {:?}; {} views of {:?} pixels; {} warm-ups, {} runs; {:?}; {} checked",
+            "scenes {:?}, {:?}; builders {:?}; rays {rays:?} {:?}; {} views of {:?} pixels; {} warm-ups, {} runs; {:?}; {} checked; {} boxes; {:?}",
             self.scenes,
             self.transform,
             self.contenders,
@@ -284,7 +327,9 @@ impl Plan {
             self.warm_ups,
             self.runs,
             self.coverage,
-            self.check
+            self.check,
+            self.boxes,
+            self.images
         )
     }
 }

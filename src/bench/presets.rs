@@ -1,10 +1,15 @@
 //! Presets of the benchmark: `scenes/bench.toml`, in which an entry takes what it doesn't say from its parent.
 
+use super::ImagePlan;
 use super::size::bytes_of;
 use crate::bvh::{Collapse, Directions, Fit, Generator, Method, Moment, Morton, Recipe};
+use crate::trace::Precision;
+use crate::trace::rays::MOST_SAMPLES;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
+/// Rays of a set that is aimed at something, where the preset doesn't say.
+const AIMED: usize = 1 << 17;
 /// The presets that boxwood comes with.
 const OWN: &str = include_str!("../../scenes/bench.toml");
 
@@ -89,14 +94,15 @@ entry! {
     RecipeEntry ("builder") {
         builder: String, morton: String, radius: u32, traversal_cost: f32, node_cost: f32,
         triangle_cost: f32, max_leaf: u32, fit: String, oriented_cost: f32, local_search: u32, bases: String,
-        directions: String, collapse: String, threshold: u32, memory: String,
+        directions: String, collapse: String, threshold: u32, memory: String, precision: String,
     }
 }
 entry! {
     /// A `[presets.NAME]`.
     PresetEntry ("preset") {
         what: String, scenes: Vec<String>, builders: Vec<String>, rays: Vec<String>, views: usize, width: u32,
-        height: u32, warm_ups: usize, runs: usize, sample: usize, check: usize,
+        height: u32, warm_ups: usize, runs: usize, sample: usize, check: usize, aimed: usize, boxes: usize,
+        images: Vec<u32>, converged: u32, image_width: u32, image_height: u32,
     }
 }
 
@@ -129,6 +135,12 @@ pub struct Preset {
     pub sample: usize,
     /// Rays of a set that are checked; 0: none.
     pub check: usize,
+    /// Rays of a set that is aimed at something.
+    pub aimed: usize,
+    /// Boxes of a tree that are held against near-optimal ones; 0: none.
+    pub boxes: usize,
+    /// Pictures whose error is measured.
+    pub images: Option<ImagePlan>,
 }
 
 impl Presets {
@@ -175,6 +187,19 @@ impl Presets {
             runs: p.runs.ok_or_else(missing("runs"))?,
             sample: p.sample.ok_or_else(missing("sample"))?,
             check: p.check.ok_or_else(missing("check"))?,
+            aimed: p.aimed.unwrap_or(AIMED),
+            boxes: p.boxes.unwrap_or_default(),
+            images: match p.images.unwrap_or_default() {
+                none if none.is_empty() => None,
+                samples => Some(ImagePlan {
+                    size: [
+                        p.image_width.ok_or_else(missing("image-width"))?,
+                        p.image_height.ok_or_else(missing("image-height"))?,
+                    ],
+                    samples,
+                    converged: p.converged.ok_or_else(missing("converged"))?,
+                }),
+            },
         };
         let wrong = |field, value: usize, want| {
             Err(PresetError::Value {
@@ -189,8 +214,30 @@ impl Presets {
             p if !(1..=5).contains(&p.views) => wrong("views", p.views, "1 to 5 are there"),
             p if p.runs == 0 => wrong("runs", 0, "at least 1"),
             p if p.size.contains(&0) => wrong("width or height", 0, "at least 1"),
+            Preset { images: Some(i), .. } if i.size.contains(&0) => {
+                wrong("image-width or image-height", 0, "at least 1")
+            }
+            Preset { images: Some(i), .. } if i.samples.contains(&0) => wrong("images", 0, "at least 1"),
+            Preset { images: Some(i), .. } if !(1..=MOST_SAMPLES).contains(&i.converged) => {
+                wrong("converged", i.converged as usize, "1 to 8192")
+            }
             _ => Ok(preset),
         }
+    }
+
+    /// The triangle test of the recipe `name`: robust where it doesn't say.
+    ///
+    /// # Errors
+    /// It or a parent isn't there, or names no test.
+    pub fn precision(&self, name: &str) -> Result<Precision> {
+        let Some(said) = resolve(&self.recipes, name)?.precision else { return Ok(Precision::default()) };
+        Precision::ALL.into_iter().find(|p| p.name() == said).ok_or_else(|| PresetError::Value {
+            what: "builder",
+            name: name.into(),
+            field: "precision",
+            value: said,
+            want: "robust or fast",
+        })
     }
 
     /// The recipe `name`.

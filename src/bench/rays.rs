@@ -6,7 +6,9 @@ use super::plan::Key;
 use super::run::{Progress, Stage};
 use super::stats::{enough, warm_up};
 use super::traces::Pace;
-use super::{Check, Coverage, KernelTime, Plan, RayKind, RayRow, RaySet, Result, Rows, Spread, TestTotals};
+use super::{
+    Check, Contender, Coverage, KernelTime, Plan, RayKind, RayRow, RaySet, Result, Rows, Spread, TestTotals,
+};
 use crate::abi::{Hit, Ray};
 use crate::device::{Buffer, Device, Timing};
 use crate::oracle::compare::{self, compare};
@@ -53,6 +55,7 @@ struct Cell {
 fn untried(device: &Device, set: &RaySet) -> Options {
     let (query, coherent) = match set {
         RaySet::Made(kind) => (kind.query(), *kind == RayKind::Primary),
+        RaySet::Aimed(_) => (Query::Closest, false),
         RaySet::File(file) => (file.query, false),
     };
     Options {
@@ -115,7 +118,7 @@ impl<'a> Rays<'a> {
     /// Sets of a view, and the contenders whose rows are missing.
     fn missing(&self, stage: &Stage, view: usize, rows: &Rows) -> Vec<Open<'a>> {
         let plan = self.plan;
-        let sets = plan.rays.iter().filter(|set| matches!(set, RaySet::File(_)) == (view == 0));
+        let sets = plan.rays.iter().filter(|set| set.is_of_views() == (view > 0));
         let cells = |set: &RaySet| {
             let key = |builder: &str| Key {
                 scene: stage.spec.to_owned(),
@@ -125,9 +128,11 @@ impl<'a> Rays<'a> {
             let contenders = plan.contenders_of(stage.spec).iter().enumerate();
             let missing = contenders.filter(|(_, c)| !rows.has(&key(&c.name)));
             let options = untried(self.device, set);
-            missing
-                .map(|(contender, c)| Cell::new(stage.spec, &c.name, contender, view, set, options))
-                .collect()
+            let cell = |(contender, c): (usize, &Contender)| {
+                let options = Options { precision: c.precision, ..options };
+                Cell::new(stage.spec, &c.name, contender, view, set, options)
+            };
+            missing.map(cell).collect()
         };
         let open = sets.map(|set| Open { set, cells: cells(set), sample: vec![] });
         open.filter(|set| !set.cells.is_empty()).collect()
@@ -198,6 +203,7 @@ impl<'a> Rays<'a> {
     fn parts(&self, set: &RaySet) -> usize {
         match (set, self.plan.coverage) {
             (RaySet::Made(RayKind::Primary), _) => 1,
+            (RaySet::Aimed(_), _) => self.plan.aimed.div_ceil(self.others.rays.len()).max(1),
             (RaySet::File(file), _) => file.rays.len().div_ceil(self.others.rays.len()).max(1),
             (_, Coverage::Spans { count, .. }) => count,
             // As many as there would be if every primary hit.
@@ -250,13 +256,10 @@ impl<'a> Rays<'a> {
     ) -> Result<()> {
         let kind = match set {
             RaySet::Made(kind) => kind,
-            RaySet::File(file) => {
-                for part in file.rays.chunks(self.others.rays.len()) {
-                    self.others.set(part)?;
-                    each(&mut self.others)?;
-                }
-                return Ok(());
+            RaySet::Aimed(aimed) => {
+                return self.each_part(&aimed.rays(stage.scene, self.plan.aimed), each);
             }
+            RaySet::File(file) => return self.each_part(&file.rays, each),
         };
         let Some(rays) = kind.secondary(&stage.scene.bounds()) else { return each(&mut self.primaries) };
         let pixels = self.primaries.count;
@@ -278,6 +281,15 @@ impl<'a> Rays<'a> {
                     }
                 }
             }
+        }
+        Ok(())
+    }
+
+    /// Gives `each` batches of rays that the host has.
+    fn each_part(&mut self, rays: &[Ray], mut each: impl FnMut(&mut Batch) -> Result<()>) -> Result<()> {
+        for part in rays.chunks(self.others.rays.len()) {
+            self.others.set(part)?;
+            each(&mut self.others)?;
         }
         Ok(())
     }
@@ -306,6 +318,7 @@ impl Cell {
             kernel: String::new(),
             sorted: false,
             boxes: Boxes::Mixed.name().to_owned(),
+            precision: options.precision.name().to_owned(),
             rays: 0,
             hits: 0,
             trace_ms: Spread::default(),

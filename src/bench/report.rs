@@ -1,7 +1,9 @@
 //! What the benchmark found: as JSON, as CSV, and as tables for people.
 
+use super::images::ImageRow;
 use super::rows::{BuildRow, Header, RayRow, Results};
 use super::{Table, TestTotals, Views};
+use crate::trace::Precision;
 
 /// The rows of a run that are there, in the order of its plan.
 #[derive(Debug, serde::Serialize)]
@@ -10,6 +12,7 @@ pub struct Report<'r> {
     header: &'r Header,
     builds: Vec<&'r BuildRow>,
     rays: Vec<&'r RayRow>,
+    images: Vec<&'r ImageRow>,
 }
 
 /// A line of the CSV: a build and, where rays were traced, a set of a view.
@@ -72,7 +75,7 @@ struct Line<'a> {
 impl<'r> Report<'r> {
     /// Of `results`.
     pub fn new(results: &'r Results) -> Self {
-        let Results { header, builds, rays } = results;
+        let Results { header, builds, rays, images } = results;
         // What no list has comes last, as it came.
         let place =
             |list: &[String], name: &String| list.iter().position(|n| n == name).unwrap_or(list.len());
@@ -84,7 +87,9 @@ impl<'r> Report<'r> {
             let [scene, set] = [(&order.scenes, &r.scene), (&order.sets, &r.set)].map(|(l, n)| place(l, n));
             (scene, set, r.view, place(&order.builders, &r.builder))
         });
-        Self { header, builds, rays }
+        let mut images: Vec<&ImageRow> = images.iter().collect();
+        images.sort_by_key(|i| place(&order.scenes, &i.scene));
+        Self { header, builds, rays, images }
     }
 
     /// What the run was about.
@@ -102,9 +107,18 @@ impl<'r> Report<'r> {
         Views::of_all(&self.rays)
     }
 
-    /// What is wrong with checked hits: scene, builder, set and verdict of each row with faults.
+    /// Pictures, scene by scene, each sampler's in the order in which they were taken.
+    pub fn images(&self) -> &[&'r ImageRow] {
+        &self.images
+    }
+
+    /// What is wrong with checked hits: scene, builder, set and verdict of each row with faults. Where the fast triangle
+    /// test was asked for, faults are what is measured, and not told.
     pub fn faults(&self) -> Vec<String> {
         let said = |r: &&RayRow| {
+            if r.precision == Precision::Fast.name() {
+                return None;
+            }
             let verdict = r.check.as_ref()?.verdict.as_ref()?;
             Some(format!("{}, {}, view {}, {}: {}", r.scene, r.builder, r.view, r.set, verdict.trim_end()))
         };

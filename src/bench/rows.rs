@@ -1,10 +1,12 @@
 //! Rows of a benchmark, and the file that gets each of them the moment it is finished: a line of JSON a row, after one
 //! that says what was measured on what. A run that was cut off goes on from there.
 
+use super::images::ImageRow;
 use super::plan::Key;
 use super::{Costs, KernelTime, Plan, Spread, TestTotals};
 use crate::device::DeviceInfo;
-use crate::oracle::compare::Verdict;
+use crate::oracle::compare::{Quantiles, Verdict};
+use crate::oracle::excess::Excess;
 use crate::oracle::mixed::Mixed;
 use crate::oracle::quality::Quality;
 use crate::oracle::tight::Tightness;
@@ -101,6 +103,9 @@ pub struct BuildRow {
     /// What its binary tree would cost, were the boxes of its nodes chosen one by one; none where all are axis-aligned.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub mixed: Option<Mixed>,
+    /// How much larger its boxes are than they need be, of a sample; none where the plan doesn't ask.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub excess: Option<Excess>,
     /// SHA-256 of the tree.
     pub tree_hash: String,
     /// Build time by kernel, of one run with a stamp a kernel.
@@ -127,6 +132,9 @@ pub struct RayRow {
     pub sorted: bool,
     /// Through which boxes, of a tree that keeps both: `mixed`, `axis-aligned`.
     pub boxes: String,
+    /// With which triangle test: `robust`, `fast`.
+    #[serde(default)]
+    pub precision: String,
     /// Rays of a run.
     pub rays: usize,
     /// Those that hit something.
@@ -165,7 +173,7 @@ impl RayRow {
 }
 
 /// A verdict in numbers.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Check {
     /// Rays judged.
     pub rays: usize,
@@ -181,6 +189,9 @@ pub struct Check {
     pub leaked: usize,
     /// Hits on a triangle that no tie explains, unsure ones too.
     pub wrong_triangle: usize,
+    /// Error of t relative to t, of hits on the reference's own triangle.
+    #[serde(default)]
+    pub t_error: Quantiles,
     /// The whole verdict, where there are faults.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub verdict: Option<String>,
@@ -198,6 +209,7 @@ impl From<&Verdict> for Check {
             false_hits: v.false_hits,
             leaked: v.leaked,
             wrong_triangle: v.wrong_triangle,
+            t_error: v.t_error,
             verdict: (!v.is_clean()).then(|| v.to_string()),
         }
     }
@@ -210,6 +222,7 @@ enum Line {
     Header(Box<Header>),
     Build(Box<BuildRow>),
     Rays(Box<RayRow>),
+    Image(Box<ImageRow>),
 }
 
 /// A file of rows that can't be used.
@@ -254,7 +267,7 @@ pub enum RowsError {
 type Result<T> = std::result::Result<T, RowsError>;
 
 /// What a run measured, as its file has it: whole or as far as it came.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 pub struct Results {
     /// What it was about.
     #[serde(flatten)]
@@ -263,9 +276,17 @@ pub struct Results {
     pub builds: Vec<BuildRow>,
     /// Sets of rays likewise.
     pub rays: Vec<RayRow>,
+    /// Pictures likewise.
+    #[serde(default)]
+    pub images: Vec<ImageRow>,
 }
 
 impl Results {
+    /// None yet.
+    fn new(header: Header) -> Self {
+        Self { header, builds: vec![], rays: vec![], images: vec![] }
+    }
+
     /// Of the file of rows at `path`; a last line that was cut off is left out.
     ///
     /// # Errors
@@ -300,6 +321,11 @@ impl Results {
                 self.rays.push(row);
             }
         }
+        for row in other.images {
+            if !self.images.iter().any(|r| r.key() == row.key()) {
+                self.images.push(row);
+            }
+        }
     }
 
     fn parse(path: &Path, bytes: &[u8]) -> Result<Self> {
@@ -309,12 +335,13 @@ impl Results {
         let no_beginning = || wrong(0, "it does not begin with what was measured".into());
         let (first, text) = lines.next().ok_or_else(no_beginning)?;
         let Line::Header(header) = line(first, text)? else { return Err(no_beginning()) };
-        let mut results = Self { header: *header, builds: vec![], rays: vec![] };
+        let mut results = Self::new(*header);
         for (i, text) in lines {
             match line(i, text)? {
                 Line::Header(_) => return Err(wrong(i, "a second beginning".into())),
                 Line::Build(row) => results.builds.push(*row),
                 Line::Rays(row) => results.rays.push(*row),
+                Line::Image(row) => results.images.push(*row),
             }
         }
         Ok(results)
@@ -353,8 +380,7 @@ impl Rows {
     }
 
     fn of(path: &Path, file: File, header: &Header) -> Self {
-        let results = Results { header: header.clone(), builds: vec![], rays: vec![] };
-        Self { path: path.to_owned(), file, results }
+        Self { path: path.to_owned(), file, results: Results::new(header.clone()) }
     }
 
     /// What there is.
@@ -426,16 +452,30 @@ impl Rows {
         Ok(())
     }
 
+    /// Adds a finished picture.
+    ///
+    /// # Errors
+    /// [`RowsError::Io`].
+    pub fn push_image(&mut self, row: ImageRow) -> Result<()> {
+        let line = Line::Image(Box::new(row));
+        self.write(&line)?;
+        if let Line::Image(row) = line {
+            self.results.images.push(*row);
+        }
+        Ok(())
+    }
+
     /// Rows there are.
     pub fn count(&self) -> usize {
-        self.results.builds.len() + self.results.rays.len()
+        let Results { builds, rays, images, .. } = &self.results;
+        builds.len() + rays.len() + images.len()
     }
 
     /// Whether the row of `key` is there.
     pub fn has(&self, key: &Key) -> bool {
         match &key.rays {
             None => self.build(key).is_some(),
-            Some(_) => self.rays(key).is_some(),
+            Some(_) => self.rays(key).is_some() || self.results.images.iter().any(|r| r.key() == *key),
         }
     }
 
@@ -474,6 +514,7 @@ mod tests {
             quality: Quality { epo: 0.7, ..Quality::default() },
             tight: Tightness { cost: 0.1 + 0.2, ..Tightness::default() },
             mixed: Some(Mixed { cost: 1.0 / 3.0, aabb_cost: 0.7 }),
+            excess: None,
             tree_hash: "ff".into(),
             kernels: vec![KernelTime { name: "a/b".into(), count: 1, ms: 0.1 }],
             explain: vec!["said".into()],

@@ -1,6 +1,7 @@
 //! The benchmark, a scene at a time: all builders build it in turn, then, view by view, trace its rays in turn, so that
 //! what else the machine does meets all of them alike. A row goes to its file the moment that it is finished.
 
+use super::images;
 use super::rays::Rays;
 use super::stats::{enough, warm_up};
 use super::{BenchError, BuildRow, Contender, Costs, Plan, Result, Rows, Spread, by_kernel};
@@ -8,7 +9,7 @@ use crate::bvh::{Built, Bvh, Fit, SceneBuffers, build, stages};
 use crate::device::{Device, Timing};
 use crate::oracle::reference::Reference;
 use crate::oracle::validate::{Claims, validate};
-use crate::oracle::{mixed, quality, tight};
+use crate::oracle::{excess, mixed, quality, tight};
 use crate::scene::{Scene, SceneError};
 use std::sync::Arc;
 
@@ -38,6 +39,9 @@ pub fn run(device: &Arc<Device>, plan: &Plan, open: Open, rows: &mut Rows, progr
         }
         for view in 0..=plan.views {
             rays.trace_view(&stage, view, rows, progress)?;
+        }
+        if let Some(wanted) = &plan.images {
+            images::take(&stage, wanted, rows, progress)?;
         }
     }
     Ok(())
@@ -140,6 +144,7 @@ impl<'a> Stage<'a> {
             quality: quality::measure(&tree, &claims),
             tight: tight::measure(&tree, claims.anchor, &claims.bounds),
             mixed,
+            excess: (self.plan.boxes > 0).then(|| excess::measure(&tree, claims.anchor, self.plan.boxes)),
             tree_hash: tree.hash(),
             kernels: by_kernel(&times.passes),
             explain: explain.clone(),

@@ -2,6 +2,7 @@
 
 use super::rows::{Check, RayRow};
 use super::{Spread, TestTotals};
+use crate::oracle::compare::Quantiles;
 use crate::trace::Boxes;
 
 /// The views of a set, added up.
@@ -21,7 +22,9 @@ pub struct Views<'r> {
     pub trace_ms: Spread,
     /// Tests of all rays.
     pub tests: TestTotals,
-    /// Rays judged, faults and unsure ones; no more of it.
+    /// With which triangle test.
+    pub precision: &'r str,
+    /// Counts of the hits judged, and the greatest of the views' errors of t; no verdict.
     pub check: Check,
     /// Kernels that traced them, each once: with what was done beside.
     pub kernels: Vec<String>,
@@ -46,6 +49,9 @@ impl<'r> Views<'r> {
         let tests = |f: fn(&RayRow) -> u64| rows.iter().map(|r| f(r)).sum();
         let ms = |f: fn(&Spread) -> f64| rows.iter().map(|r| f(&r.trace_ms)).sum();
         let check = |f: fn(&Check) -> usize| rows.iter().filter_map(|r| r.check.as_ref()).map(f).sum();
+        let error = |f: fn(&Quantiles) -> f64| {
+            rows.iter().filter_map(|r| r.check.as_ref()).map(|c| f(&c.t_error)).fold(0.0, f64::max)
+        };
         let title = |r: &&RayRow| {
             let sorted = if r.sorted { ", sorted" } else { "" };
             let boxes = if r.boxes == Boxes::AxisAligned.name() { ", axis-aligned boxes" } else { "" };
@@ -77,8 +83,14 @@ impl<'r> Views<'r> {
                 rays: check(|c| c.rays),
                 faults: check(|c| c.faults),
                 unsure: check(|c| c.unsure),
-                ..Check::default()
+                missed: check(|c| c.missed),
+                false_hits: check(|c| c.false_hits),
+                leaked: check(|c| c.leaked),
+                wrong_triangle: check(|c| c.wrong_triangle),
+                t_error: Quantiles { p50: error(|q| q.p50), p99: error(|q| q.p99), max: error(|q| q.max) },
+                verdict: None,
             },
+            precision: &first.precision,
             kernels,
         }
     }

@@ -8,6 +8,9 @@ use crate::device::{Buffer, Recorder};
 /// Boxes that a buffer holds, unless one slab is more: 1 GiB, which every device allocates at once.
 const BUFFER: u64 = (1 << 30) / size_of::<Aabb>() as u64;
 
+/// Room left for what is small: tables, counters, what the recorder holds, bytes.
+const SMALL: u64 = 1 << 16;
+
 /// The memory, and where in it the slabs lie.
 pub(super) struct Slabs {
     buffers: Vec<Buffer<Aabb>>,
@@ -22,7 +25,7 @@ impl Slabs {
     /// all, `beside` bytes less.
     pub fn new(build: &Build<'_>, bases: usize, clusters: usize, beside: u64) -> Result<Self> {
         let box_bytes = size_of::<Aabb>() as u64;
-        let (free, taken) = (build.device.memory_free(), build.scratch());
+        let (free, taken) = (build.device.memory_free(), build.scratch() + SMALL);
         let slab = clusters as u64;
         let wanted = bases as u64 * slab;
         // Some is for others.

@@ -9,8 +9,9 @@ use crate::bench::{
     run as measure,
 };
 use crate::device::DeviceInfo;
-use crate::scene::{self, Progress, Scene, SceneError};
+use crate::scene::{self, Progress, Scene, SceneError, Transform};
 use crate::trace::Query;
+use crate::trace::rays::Aimed;
 use anyhow::{Context, Result, bail};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::Write;
@@ -23,7 +24,8 @@ use std::path::{Path, PathBuf};
 /// unsure ones those that it may. Every finished row is in rows.jsonl at once: --resume goes on from there.
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// Scenes: files, names, or set:NAME: see `boxwood scenes list`. Default: the preset's.
+    /// Scenes: files, names, or set:NAME: see `boxwood scenes list`. SCENE@D is moved by D along each axis. Default: the
+    /// preset's.
     scenes: Vec<String>,
     #[command(flatten)]
     transform: TransformArgs,
@@ -77,9 +79,23 @@ impl Args {
         let preset = presets.preset(&self.preset)?;
         let or =
             |typed: &Vec<String>, preset: Vec<String>| if typed.is_empty() { preset } else { typed.clone() };
-        let Preset { scenes, builders, rays, views, size, warm_ups, runs, sample, check } = preset;
+        let Preset {
+            scenes,
+            builders,
+            rays,
+            views,
+            size,
+            warm_ups,
+            runs,
+            sample,
+            check,
+            aimed,
+            boxes,
+            images,
+        } = preset;
         let contender = |name: &String| -> Result<Contender> {
-            Ok(Contender { name: name.clone(), recipe: presets.recipe(name)? })
+            let (recipe, precision) = (presets.recipe(name)?, presets.precision(name)?);
+            Ok(Contender { name: name.clone(), recipe, precision })
         };
         Ok(Plan {
             scenes: once_each(each_of_sets(or(&self.scenes, scenes))?),
@@ -97,6 +113,9 @@ impl Args {
             runs: self.runs.map_or(runs, |n| n as usize),
             coverage: if self.all || !device.is_cpu() { Coverage::All } else { Coverage::sample(sample) },
             check: if self.no_check { 0 } else { check },
+            aimed,
+            boxes,
+            images,
         })
     }
 }
@@ -141,10 +160,14 @@ fn ray_set(text: &str) -> Result<RaySet> {
         Some(("any", path)) => file(path, Query::Any),
         _ => match RayKind::ALL.into_iter().find(|kind| kind.name() == text) {
             Some(kind) => Ok(RaySet::Made(kind)),
-            None => {
-                let known = RayKind::ALL.map(RayKind::name).join(", ");
-                bail!("no rays are called {text:?}; there are {known}, file:PATH and any:PATH")
-            }
+            None => match Aimed::ALL.into_iter().find(|aimed| aimed.name() == text) {
+                Some(aimed) => Ok(RaySet::Aimed(aimed)),
+                None => {
+                    let made = RayKind::ALL.map(RayKind::name);
+                    let known = [&made[..], &Aimed::ALL.map(Aimed::name)].concat().join(", ");
+                    bail!("no rays are called {text:?}; there are {known}, file:PATH and any:PATH")
+                }
+            },
         },
     }
 }
@@ -209,8 +232,17 @@ fn list(presets: &Presets) -> Result<()> {
     Ok(())
 }
 
+/// What is before the last `@` of `spec` and by how much the scene is moved along each axis: 0 where there is no number
+/// behind one, or a file of the whole name.
+fn moved(spec: &str) -> (&str, f64) {
+    let at = spec.rsplit_once('@').filter(|_| !Path::new(spec).exists());
+    let number = at.and_then(|(scene, by)| Some((scene, by.parse().ok().filter(|by: &f64| by.is_finite())?)));
+    number.unwrap_or((spec, 0.0))
+}
+
 /// A scene; a generated one instead of one of a preset's that can't be fetched.
 fn open_scene(global: &Global, args: &Args, spec: &str) -> std::result::Result<Scene, SceneError> {
+    let (spec, by) = moved(spec);
     let options = global.scene_options();
     let scene = match scene::open(spec, &options) {
         Ok(scene) => scene,
@@ -223,6 +255,7 @@ fn open_scene(global: &Global, args: &Args, spec: &str) -> std::result::Result<S
         }
     };
     let scene = args.transform.transform().apply(scene)?;
+    let scene = Transform { translate: [by; 3], ..Transform::default() }.apply(scene)?;
     warn_of(&scene);
     Ok(scene)
 }
@@ -272,6 +305,16 @@ fn print(report: &Report, plan: &Plan) -> Result<()> {
                 "Faults: hits of up to {rays} rays a set and view that the f64 reference contradicts; unsure: where rounding may be the reason."
             )?,
         }
+    }
+    if report.builds().iter().any(|b| b.excess.is_some()) || !report.images().is_empty() {
+        writeln!(out, "\nErrors of hits, of a million, and of t, relative\n{}", report.error_table())?;
+    }
+    if !report.images().is_empty() {
+        writeln!(
+            out,
+            "\nErrors of pictures against one of many more samples; pixels from 0 to 1\n{}",
+            report.image_table()
+        )?;
     }
     writeln!(
         out,

@@ -1,6 +1,8 @@
-//! Which tree to take: of the builders of a scene, the one that has so many rays traced first, its build included.
+//! Which tree to take: of the builders of a scene, the one that has so many rays traced first, its build included. What
+//! traces them by a test that leaks is no answer.
 
 use crate::bench::{Report, Views};
+use crate::trace::Precision;
 
 /// A builder that is the best from some number of rays on.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -70,8 +72,11 @@ fn answer<'v>(report: &Report, scene: &str, set: &str, sets: &'v [Views<'v>]) ->
         let (build_ms, ms_per_ray) = (build.build_ms.median, trace_ms.median / n);
         Some(Racer { views, build_ms, ms_per_ray, cost_per_ray })
     };
-    let racers: Vec<Racer> =
-        sets.iter().filter(|v| (v.scene, v.set) == (scene, set) && v.rays > 0).filter_map(racer).collect();
+    let racers: Vec<Racer> = sets
+        .iter()
+        .filter(|v| (v.scene, v.set) == (scene, set) && v.rays > 0 && v.precision != Precision::Fast.name())
+        .filter_map(racer)
+        .collect();
     let fastest = racers.iter().min_by(|a, b| a.ms_per_ray.total_cmp(&b.ms_per_ray))?;
     let rate = fastest.views.mrays_s();
     let alike = |r: &&Racer| r.views.builder != fastest.views.builder && r.views.mrays_s().q3 >= rate.q1;

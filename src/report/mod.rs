@@ -2,6 +2,7 @@
 //! knows rows alone, and no device.
 
 mod answer;
+mod errors;
 mod page;
 mod plots;
 

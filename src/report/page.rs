@@ -1,8 +1,9 @@
 //! The page: what goes where. Text is escaped by the template, plots alone are markup already.
 
-use super::plots::{Bar, Plot, Series, bars, curves, points};
-use super::{Answer, Result, answers};
+use super::plots::{Bar, Lines, Plot, Series, bars, curves, points};
+use super::{Answer, Result, answers, errors};
 use crate::bench::{BuildRow, Report, Results, Table, Views};
+use crate::trace::Precision;
 use minijinja::value::Serde;
 use minijinja::{AutoEscape, Environment, Value, context};
 use serde::Serialize;
@@ -98,7 +99,7 @@ fn run(report: &Report) -> Result<Run> {
         answers: answers(report),
         scenes,
         plots: if sets.is_empty() { vec![] } else { vec![predicted(report, &sets)?] },
-        tables: vec![
+        tables: [
             titled(
                 "Builds: medians; ± is the range between the quartiles, in per cent of the median",
                 report.build_table(),
@@ -108,10 +109,18 @@ fn run(report: &Report) -> Result<Run> {
                 report.volume_table(),
             ),
             titled("Rays, the views of each set together", report.ray_table()),
+            titled(
+                "Errors of judged hits: wrong ones of a million, those among them that rounding doesn't excuse, and of t, relative; views together, the worst of their errors of t",
+                report.error_table(),
+            ),
+            titled("Errors of pictures", report.image_table()),
             titled("Build time by kernel, of one run with a stamp a kernel", report.kernel_table()),
-        ],
+        ]
+        .into_iter()
+        .filter(|t| !t.table.rows.is_empty())
+        .collect(),
         faults: report.faults(),
-        checked: sets.iter().map(|v| v.check.rays).sum(),
+        checked: sets.iter().filter(|v| v.precision != Precision::Fast.name()).map(|v| v.check.rays).sum(),
     })
 }
 
@@ -123,6 +132,7 @@ fn scene(report: &Report, sets: &[Views], name: &str) -> Result<SceneSection> {
         plots.extend([rates(&sets)?, tests(&sets)?]);
     }
     plots.push(levels(&builds)?);
+    plots.extend(errors::of_scene(report, &builds, &sets, name)?);
     let explained = builds.iter().filter(|b| !b.explain.is_empty());
     Ok(SceneSection {
         name: name.to_owned(),
@@ -204,7 +214,7 @@ fn predicted(report: &Report, sets: &[Views]) -> Result<Plot> {
         }
     }
     let units = ["expected cost of a ray that meets the scene's box, (3, 4, 2)", "ns a ray, measured"];
-    points("Predicted against measured: a point a scene and set of rays", units, &series)
+    points("Predicted against measured: a point a scene and set of rays", units, &series, Lines::None)
 }
 
 #[cfg(test)]

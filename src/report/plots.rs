@@ -2,6 +2,7 @@
 
 use super::{ReportError, Result};
 use plotters::coord::Shift;
+use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
@@ -23,6 +24,8 @@ const COLOURS: [RGBColor; 8] = [
     RGBColor(240, 228, 66),
     RGBColor(110, 110, 110),
 ];
+/// Of a front, behind its points.
+const GREY: RGBColor = RGBColor(215, 215, 215);
 
 /// A plot for the page.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -64,7 +67,8 @@ fn legend<'n>(names: impl IntoIterator<Item = &'n String>) -> Vec<[String; 2]> {
 }
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-type Drawn = std::result::Result<(), Box<dyn std::error::Error>>;
+type Charted<T> = std::result::Result<T, Box<dyn std::error::Error>>;
+type Drawn = Charted<()>;
 
 fn drawn(title: &str, height: u32, draw: impl FnOnce(&Area) -> Drawn) -> Result<String> {
     let mut svg = String::new();
@@ -121,24 +125,36 @@ fn range(series: &[Series], k: usize) -> [f64; 2] {
     if low <= high { [low / 1.2, high * 1.2] } else { [0.1, 1.0] }
 }
 
+type Chart<'a, 'b, X, Y> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<X, Y>>;
+
+/// An area with axes.
+fn chart<'a, 'b, X, Y>(
+    area: &Area<'b>,
+    units: [&str; 2],
+    x: X,
+    y: Y,
+) -> Charted<Chart<'a, 'b, X::CoordDescType, Y::CoordDescType>>
+where
+    X: AsRangedCoord<Value = f64, CoordDescType: ValueFormatter<f64>>,
+    Y: AsRangedCoord<Value = f64, CoordDescType: ValueFormatter<f64>>,
+{
+    let mut chart = ChartBuilder::on(area)
+        .margin(8)
+        .margin_right(16)
+        .x_label_area_size(44)
+        .y_label_area_size(72)
+        .build_cartesian_2d(x, y)?;
+    let mut mesh = chart.configure_mesh();
+    mesh.light_line_style(TRANSPARENT).x_desc(units[0]).y_desc(units[1]).label_style(FONT).draw()?;
+    Ok(chart)
+}
+
 /// Curves over whole numbers from 0; the other axis is logarithmic, and what is not above 0 left out.
 pub(super) fn curves(title: &str, units: [&str; 2], series: &[Series]) -> Result<Plot> {
     let [low, high] = range(series, 1);
     let most = series.iter().flat_map(|s| &s.points).map(|p| p[0]).fold(1.0, f64::max);
     let svg = drawn(title, 340, |area| {
-        let mut chart = ChartBuilder::on(area)
-            .margin(8)
-            .margin_right(16)
-            .x_label_area_size(44)
-            .y_label_area_size(72)
-            .build_cartesian_2d(0.0..most, (low..high).log_scale())?;
-        chart
-            .configure_mesh()
-            .light_line_style(TRANSPARENT)
-            .x_desc(units[0])
-            .y_desc(units[1])
-            .label_style(FONT)
-            .draw()?;
+        let mut chart = chart(area, units, 0.0..most, (low..high).log_scale())?;
         for (i, s) in series.iter().enumerate() {
             let points = s.points.iter().filter(|p| p[1] > 0.0).map(|p| (p[0], p[1]));
             chart.draw_series(LineSeries::new(points, colour(i).stroke_width(2)))?;
@@ -148,28 +164,81 @@ pub(super) fn curves(title: &str, units: [&str; 2], series: &[Series]) -> Result
     Ok(Plot { title: title.to_owned(), svg, legend: legend(series.iter().map(|s| &s.name)) })
 }
 
-/// Points, both axes logarithmic; what is not above 0 left out.
-pub(super) fn points(title: &str, units: [&str; 2], series: &[Series]) -> Result<Plot> {
+/// What else a plot of points shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Lines {
+    /// Nothing.
+    None,
+    /// The points that no other is better than in both coordinates, the less the better, joined in grey: a Pareto front.
+    Front,
+    /// The front, and each series' points joined as they come.
+    FrontAndSeries,
+}
+
+/// Points, both axes logarithmic. What lies at 0 upward stands as a cross at the foot; what is not above 0 to the right is
+/// left out.
+pub(super) fn points(title: &str, units: [&str; 2], series: &[Series], lines: Lines) -> Result<Plot> {
     let [[left, right], [low, high]] = [0, 1].map(|k| range(series, k));
+    let has_zero = series.iter().flat_map(|s| &s.points).any(|p| p[1] == 0.0);
+    let foot = if has_zero { low / 4.0 } else { low };
+    let placed = |p: &[f64; 2]| {
+        let there = p[0] > 0.0 && p[0].is_finite() && p[1] >= 0.0 && p[1].is_finite();
+        there.then(|| (p[0], if p[1] > 0.0 { p[1] } else { foot * 1.3 }))
+    };
     let svg = drawn(title, 380, |area| {
-        let mut chart = ChartBuilder::on(area)
-            .margin(8)
-            .margin_right(16)
-            .x_label_area_size(44)
-            .y_label_area_size(72)
-            .build_cartesian_2d((left..right).log_scale(), (low..high).log_scale())?;
-        chart
-            .configure_mesh()
-            .light_line_style(TRANSPARENT)
-            .x_desc(units[0])
-            .y_desc(units[1])
-            .label_style(FONT)
-            .draw()?;
+        let mut chart = chart(area, units, (left..right).log_scale(), (foot..high).log_scale())?;
+        if lines != Lines::None {
+            let all: Vec<[f64; 2]> = series.iter().flat_map(|s| &s.points).copied().collect();
+            let front = front(&all);
+            chart.draw_series(LineSeries::new(front.iter().filter_map(placed), GREY.stroke_width(6)))?;
+        }
         for (i, s) in series.iter().enumerate() {
-            let there = s.points.iter().filter(|p| p.iter().all(|x| *x > 0.0));
-            chart.draw_series(there.map(|p| Circle::new((p[0], p[1]), 4, colour(i).filled())))?;
+            if lines == Lines::FrontAndSeries {
+                let joined = s.points.iter().filter_map(placed);
+                chart.draw_series(LineSeries::new(joined, colour(i).stroke_width(2)))?;
+            }
+            let (found, none): (Vec<&[f64; 2]>, Vec<_>) = s.points.iter().partition(|p| p[1] > 0.0);
+            let (found, none) = [found, none].map(|p| p.into_iter().filter_map(placed)).into();
+            chart.draw_series(found.map(|at| Circle::new(at, 4, colour(i).filled())))?;
+            chart.draw_series(none.map(|at| Cross::new(at, 5, colour(i).stroke_width(2))))?;
         }
         Ok(())
     })?;
     Ok(Plot { title: title.to_owned(), svg, legend: legend(series.iter().map(|s| &s.name)) })
+}
+
+/// Those of `points` that no other is as good as in both coordinates and better in one, less being better; by the first.
+fn front(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let mut sorted: Vec<[f64; 2]> =
+        points.iter().filter(|p| p.iter().all(|x| x.is_finite())).copied().collect();
+    sorted.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+    let mut front: Vec<[f64; 2]> = vec![];
+    for p in sorted {
+        if front.last().is_none_or(|last| p[1] < last[1]) {
+            front.push(p);
+        }
+    }
+    front
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_beats_the_front() {
+        let points = [[3.0, 1.0], [1.0, 5.0], [2.0, 5.0], [2.0, 2.0], [1.0, 7.0], [4.0, 1.0], [5.0, 0.0]];
+        assert_eq!(front(&points), [[1.0, 5.0], [2.0, 2.0], [3.0, 1.0], [5.0, 0.0]]);
+        assert!(front(&[]).is_empty());
+    }
+
+    #[test]
+    fn zeros_are_crosses_at_the_foot() {
+        let named = |points: &[[f64; 2]]| [Series { name: "a".into(), points: points.to_vec() }];
+        let plot = |p: &[[f64; 2]]| points("t", ["x", "y"], &named(p), Lines::Front).map(|plot| plot.svg);
+        let [with, without] = [plot(&[[1.0, 0.0], [2.0, 3.0]]), plot(&[[1.0, 2.0], [2.0, 3.0]])];
+        let circles = |svg: &Result<String>| svg.as_ref().map_or(0, |s| s.matches("<circle").count());
+        assert_eq!((circles(&with), circles(&without)), (1, 2));
+        assert!(plot(&[]).is_ok() && plot(&[[0.0, 0.0]]).is_ok());
+    }
 }

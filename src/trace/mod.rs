@@ -42,6 +42,19 @@ pub enum Precision {
     Fast,
 }
 
+impl Precision {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Robust, Self::Fast];
+
+    /// As typed and reported.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Robust => "robust",
+            Self::Fast => "fast",
+        }
+    }
+}
+
 /// How to trace.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Options {

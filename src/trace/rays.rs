@@ -2,10 +2,12 @@
 //! what they met. Order and batches are those of Aila09. Differs: origins are lifted by a bound on rounding, not by a fixed length, and
 //! each device makes the same bits, for kernels only add and multiply.
 
+mod aimed;
 mod sampler;
 mod secondary;
 mod shadow;
 
+pub use aimed::Aimed;
 pub use sampler::Sampler;
 pub use secondary::{AO_SHARE, MOST_SAMPLES, SAMPLES, SECONDARY_BATCH, Secondary, SecondaryKind, secondary};
 pub use shadow::Light;

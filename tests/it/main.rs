@@ -11,6 +11,7 @@ mod collapse;
 mod costs;
 mod device;
 mod dito;
+mod errors;
 mod gpu;
 mod grid;
 mod layers;

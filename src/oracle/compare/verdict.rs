@@ -5,7 +5,7 @@ use crate::abi::{Hit, Ray};
 use crate::oracle::brute::{self, Hit64};
 use crate::oracle::reference::Reference;
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// Examples that a verdict keeps.
@@ -60,7 +60,7 @@ impl Example {
 }
 
 /// Distribution of an error; zeros where nothing was measured.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Quantiles {
     /// Median.
     pub p50: f64,

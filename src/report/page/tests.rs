@@ -32,7 +32,7 @@ fn results(scene: &str) -> Results {
     let order = Order { scenes: vec![scene.into()], ..Order::default() };
     let header =
         Header { device: "a device".into(), order, command: vec![scene.into()], ..Header::default() };
-    Results { header, builds: vec![build], rays: vec![rays] }
+    Results { header, builds: vec![build], rays: vec![rays], images: vec![] }
 }
 
 #[test]
