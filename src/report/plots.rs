@@ -6,15 +6,18 @@ use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-/// Pixels of a plot's width; the page scales it.
-const WIDTH: u32 = 720;
+/// Pixels of a plot's width; the page makes it wider, never narrower.
+const WIDTH: u32 = 480;
 /// Pixels of a bar and the gap below it.
 const ROW: u32 = 22;
 /// Pixels between two bars of a row's height.
 const GAP: u32 = 6;
-const FONT: (&str, u32) = ("sans-serif", 13);
-/// By Okabe and Ito: told apart by most eyes, and in grey.
-const COLOURS: [RGBColor; 8] = [
+/// The SVG says 1/1.24 of it: 12 pixels.
+const FONT: (&str, u32) = ("sans-serif", 15);
+/// Most characters of a bar's label, and the pixels that one may take.
+const LABEL: (usize, u32) = (28, 7);
+/// By Okabe and Ito, then by Tol: told apart by most eyes, the first ones in grey too.
+const COLOURS: [RGBColor; 12] = [
     RGBColor(0, 114, 178),
     RGBColor(230, 159, 0),
     RGBColor(0, 158, 115),
@@ -23,6 +26,10 @@ const COLOURS: [RGBColor; 8] = [
     RGBColor(213, 94, 0),
     RGBColor(240, 228, 66),
     RGBColor(110, 110, 110),
+    RGBColor(51, 34, 136),
+    RGBColor(153, 153, 51),
+    RGBColor(136, 34, 85),
+    RGBColor(187, 187, 187),
 ];
 /// Of a front, behind its points.
 const GREY: RGBColor = RGBColor(215, 215, 215);
@@ -79,23 +86,38 @@ fn drawn(title: &str, height: u32, draw: impl FnOnce(&Area) -> Drawn) -> Result<
     Ok(svg)
 }
 
+/// A label in as many characters as there is room for: what is too long loses its middle.
+fn shortened(label: &str) -> String {
+    let letters: Vec<char> = label.chars().collect();
+    let (most, cut) = (LABEL.0, letters.len().saturating_sub(LABEL.0));
+    if cut == 0 {
+        return label.to_owned();
+    }
+    let (head, tail) = (&letters[..most / 3], &letters[most / 3 + cut + 1..]);
+    head.iter().chain(&['…']).chain(tail).collect()
+}
+
 /// Bars one below another along an axis `unit` that begins at 0; `names` are those of their parts.
 pub(super) fn bars(title: &str, unit: &str, names: &[String], bars: &[Bar]) -> Result<Plot> {
     let total = |b: &Bar| b.parts.iter().sum::<f64>();
     let end = |b: &Bar| b.range.map_or(0.0, |r| r[1]).max(total(b));
     let most = bars.iter().map(end).fold(f64::MIN_POSITIVE, f64::max) * 1.04;
     let rows = bars.len().max(1) as f64;
+    let labels: Vec<String> = bars.iter().map(|bar| shortened(&bar.label)).collect();
+    let letters = labels.iter().map(|label| label.chars().count()).max().unwrap_or(0);
     let svg = drawn(title, ROW * bars.len() as u32 + 64, |area| {
         let mut chart = ChartBuilder::on(area)
             .margin(8)
-            .margin_right(16)
+            .margin_right(30)
             .x_label_area_size(44)
-            .y_label_area_size(190)
+            .y_label_area_size(letters as u32 * LABEL.1 + 12)
             .build_cartesian_2d(0.0..most, 0.0..rows)?;
-        chart.configure_mesh().disable_y_mesh().y_labels(0).x_desc(unit).label_style(FONT).draw()?;
+        let mut mesh = chart.configure_mesh();
+        mesh.disable_y_mesh().y_labels(0).light_line_style(TRANSPARENT);
+        mesh.x_labels(6).x_desc(unit).label_style(FONT).axis_desc_style(FONT).draw()?;
         let right = TextStyle::from(FONT.into_font()).pos(Pos::new(HPos::Right, VPos::Center));
         let inset = f64::from(GAP) / f64::from(ROW) / 2.0;
-        for (i, bar) in bars.iter().enumerate() {
+        for (i, (bar, label)) in bars.iter().zip(labels).enumerate() {
             let (low, high) = (rows - i as f64 - 1.0 + inset, rows - i as f64 - inset);
             let mut x = 0.0;
             for (k, part) in bar.parts.iter().enumerate() {
@@ -109,8 +131,7 @@ pub(super) fn bars(title: &str, unit: &str, names: &[String], bars: &[Bar]) -> R
                 chart.draw_series(ends)?;
                 chart.draw_series([PathElement::new([(from, middle), (to, middle)], BLACK)])?;
             }
-            let label =
-                EmptyElement::at((0.0, middle)) + Text::new(bar.label.clone(), (-8, 0), right.clone());
+            let label = EmptyElement::at((0.0, middle)) + Text::new(label, (-8, 0), right.clone());
             chart.plotting_area().draw(&label)?;
         }
         Ok(())
@@ -140,12 +161,13 @@ where
 {
     let mut chart = ChartBuilder::on(area)
         .margin(8)
-        .margin_right(16)
+        .margin_right(30)
         .x_label_area_size(44)
         .y_label_area_size(72)
         .build_cartesian_2d(x, y)?;
     let mut mesh = chart.configure_mesh();
-    mesh.light_line_style(TRANSPARENT).x_desc(units[0]).y_desc(units[1]).label_style(FONT).draw()?;
+    mesh.light_line_style(TRANSPARENT).x_desc(units[0]).y_desc(units[1]);
+    mesh.label_style(FONT).axis_desc_style(FONT).draw()?;
     Ok(chart)
 }
 
