@@ -85,9 +85,9 @@ pub(super) fn kinds() -> impl Iterator<Item = [&'static str; 2]> {
     Shows::ALL.into_iter().flat_map(|s| ["halton", "random"].map(|sampler| [s.name(), sampler]))
 }
 
-/// Takes the pictures of the scene that `rows` lacks, through the first contender's tree.
+/// Takes the pictures of the scene that `rows` lacks, through the first contender's tree, where it is built here.
 pub(super) fn take(stage: &Stage, plan: &ImagePlan, rows: &mut Rows, progress: Progress) -> Result<()> {
-    let Some(contender) = stage.plan.contenders_of(stage.spec).first() else { return Ok(()) };
+    let Some(contender) = stage.plan.painter_of(stage.spec) else { return Ok(()) };
     let key = |shows: Shows, sampler: &str, n: u32| {
         Key::image(stage.spec, &contender.name, shows.name(), sampler, n)
     };

@@ -14,6 +14,7 @@ mod rays;
 mod report;
 mod rows;
 mod run;
+mod shards;
 mod size;
 mod stats;
 mod table;

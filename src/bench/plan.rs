@@ -8,7 +8,7 @@ use crate::scene::Transform;
 use crate::trace::rays::{Aimed, Light, Secondary};
 use crate::trace::{BATCH, Precision, Query, RayOrder};
 use std::fmt;
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 use std::path::PathBuf;
 use std::str::FromStr;
 use std::sync::Arc;
@@ -279,19 +279,33 @@ impl Plan {
         let key = |c: &Contender, rays| Key { scene: scene.to_owned(), builder: c.name.clone(), rays };
         let mut keys: Vec<Key> = contenders.iter().map(|c| key(c, None)).collect();
         for set in &self.rays {
-            let views = if set.is_of_views() { 1..=self.views } else { 0..=0 };
-            for view in views {
+            for view in self.views_of(set) {
                 keys.extend(contenders.iter().map(|c| key(c, Some((view, set.to_string())))));
             }
         }
-        if let (Some(images), Some(first)) = (&self.images, contenders.first()) {
-            let of = |[shows, sampler]: [&str; 2]| {
-                let image = |n: &u32| Key::image(scene, &first.name, shows, sampler, *n);
-                images.samples.iter().map(image).collect::<Vec<_>>()
-            };
-            keys.extend(images::kinds().flat_map(of));
+        if let Some(painter) = self.painter_of(scene) {
+            keys.extend(self.pictures().into_iter().map(|picture| key(painter, Some(picture))));
         }
         keys
+    }
+
+    /// Views that have rays of `set`.
+    fn views_of(&self, set: &RaySet) -> RangeInclusive<usize> {
+        if set.is_of_views() { 1..=self.views } else { 0..=0 }
+    }
+
+    /// Whose tree the pictures of `scene` are taken through: the first contender's, where it is the shard's.
+    pub(super) fn painter_of(&self, scene: &str) -> Option<&Contender> {
+        self.contenders.first().filter(|first| self.contenders_of(scene).contains(first))
+    }
+
+    /// View and name of each picture.
+    fn pictures(&self) -> Vec<(usize, String)> {
+        let Some(images) = &self.images else { return vec![] };
+        let of = |[shows, sampler]: [&'static str; 2]| {
+            images.samples.iter().filter_map(move |n| Key::image("", "", shows, sampler, *n).rays)
+        };
+        images::kinds().flat_map(of).collect()
     }
 
     /// Of the rows that it makes.
@@ -300,6 +314,12 @@ impl Plan {
         Order {
             scenes: self.scenes.clone(),
             builders: self.contenders.iter().map(|c| c.name.clone()).collect(),
+            cell: self
+                .rays
+                .iter()
+                .flat_map(|set| self.views_of(set).map(move |view| (view, set.to_string())))
+                .collect(),
+            pictures: self.pictures(),
             sets: self.rays.iter().map(RaySet::to_string).collect(),
             aligned: plain.map(|c| c.name.clone()),
         }

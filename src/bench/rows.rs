@@ -44,6 +44,12 @@ pub struct Order {
     pub scenes: Vec<String>,
     /// Contenders' names.
     pub builders: Vec<String>,
+    /// View and set of the rays that each contender traces in each scene.
+    #[serde(default)]
+    pub cell: Vec<(usize, String)>,
+    /// View and name of the pictures taken of each scene, through the first contender's tree.
+    #[serde(default)]
+    pub pictures: Vec<(usize, String)>,
     /// Sets of rays as typed.
     pub sets: Vec<String>,
     /// The first builder whose boxes are all axis-aligned: what others are held against.
@@ -302,12 +308,17 @@ impl Results {
     pub fn joined(all: Vec<Self>) -> Vec<Self> {
         let mut runs: Vec<Self> = vec![];
         for results in all {
-            match runs.iter_mut().find(|r| r.header.difference(&results.header).is_none()) {
+            match runs.iter_mut().find(|run| run.is_of_run(&results)) {
                 None => runs.push(results),
                 Some(run) => run.take_in(results),
             }
         }
         runs
+    }
+
+    /// Whether both are parts of one run.
+    pub(super) fn is_of_run(&self, other: &Self) -> bool {
+        self.header.difference(&other.header).is_none()
     }
 
     fn take_in(&mut self, other: Self) {
@@ -318,7 +329,8 @@ impl Results {
         }
         for row in other.rays {
             if !self.rays.iter().any(|r| r.key() == row.key()) {
-                self.rays.push(row);
+                let cost_per_ray = self.header.costs.per_ray(&row.tests, row.rays);
+                self.rays.push(RayRow { cost_per_ray, ..row });
             }
         }
         for row in other.images {
@@ -326,6 +338,28 @@ impl Results {
                 self.images.push(row);
             }
         }
+    }
+
+    /// Rows there are.
+    pub fn count(&self) -> usize {
+        self.builds.len() + self.rays.len() + self.images.len()
+    }
+
+    /// As a file of rows.
+    ///
+    /// # Errors
+    /// None in practice: it writes to memory.
+    pub fn to_lines(&self) -> serde_json::Result<Vec<u8>> {
+        let builds = self.builds.iter().map(|row| Line::Build(Box::new(row.clone())));
+        let rays = self.rays.iter().map(|row| Line::Rays(Box::new(row.clone())));
+        let images = self.images.iter().map(|row| Line::Image(Box::new(row.clone())));
+        let header = [Line::Header(Box::new(self.header.clone()))];
+        let mut bytes = vec![];
+        for line in header.into_iter().chain(builds).chain(rays).chain(images) {
+            serde_json::to_writer(&mut bytes, &line)?;
+            bytes.push(b'\n');
+        }
+        Ok(bytes)
     }
 
     fn parse(path: &Path, bytes: &[u8]) -> Result<Self> {
@@ -467,8 +501,7 @@ impl Rows {
 
     /// Rows there are.
     pub fn count(&self) -> usize {
-        let Results { builds, rays, images, .. } = &self.results;
-        builds.len() + rays.len() + images.len()
+        self.results.count()
     }
 
     /// Whether the row of `key` is there.

@@ -1,7 +1,7 @@
 //! `boxwood bench`: builders × scenes × ray sets, measured and checked.
 
 use super::choices::{SortName, TransformArgs};
-use super::files::{self, Output};
+use super::files;
 use super::report::{self, REPORT, ROWS};
 use super::{Global, warn_of};
 use crate::bench::{
@@ -53,7 +53,7 @@ pub(super) struct Args {
     /// Folder for the results.
     #[arg(long, value_name = "DIR", default_value = "results")]
     out: PathBuf,
-    /// Measure the Ith of N parts of the plan, the same on every machine; `boxwood report` joins their folders.
+    /// Measure the Ith of N parts of the plan, the same on every machine; `boxwood report merge` joins their folders.
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
     /// Go on with the rows in the folder instead of beginning anew.
@@ -210,11 +210,8 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
 
     let found = Report::new(rows.results());
     print(&found, &plan)?;
-    let (json, csv, page) = (path("bench.json"), path("bench.csv"), path(REPORT));
-    Output::new(&json)?.finish(files::json(&found)?.as_bytes())?;
-    Output::new(&csv)?.finish(&found.csv().context("can't write the CSV")?)?;
-    report::write(&page, std::slice::from_ref(rows.results()))?;
-    global.remark(format_args!("written: {}, {}", json.display(), csv.display()));
+    report::write_run(global, &args.out, rows.results())?;
+    let page = path(REPORT);
     writeln!(std::io::stdout(), "Report: {}", std::path::absolute(&page).unwrap_or(page).display())?;
     match found.faults() {
         faults if faults.is_empty() => Ok(()),

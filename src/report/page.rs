@@ -2,7 +2,7 @@
 
 use super::plots::{Bar, Lines, Plot, Series, bars, curves, points};
 use super::{Answer, Result, answers, errors};
-use crate::bench::{BuildRow, Report, Results, Table, Views};
+use crate::bench::{BuildRow, Key, Report, Results, Table, Views};
 use crate::trace::Precision;
 use minijinja::value::Serde;
 use minijinja::{AutoEscape, Environment, Value, context};
@@ -25,6 +25,10 @@ struct Run {
     /// Over all scenes.
     plots: Vec<Plot>,
     tables: Vec<Titled>,
+    /// Rows that are not there.
+    missing: Vec<String>,
+    /// Of how many.
+    planned: usize,
     /// What is wrong with hits.
     faults: Vec<String>,
     /// Hits judged.
@@ -59,7 +63,7 @@ struct Explained {
 /// # Errors
 /// A plot or the page fails: no data does that.
 pub fn html(runs: &[Results]) -> Result<String> {
-    let runs: Vec<Run> = runs.iter().map(|results| run(&Report::new(results))).collect::<Result<_>>()?;
+    let runs: Vec<Run> = runs.iter().map(run).collect::<Result<_>>()?;
     let mut env = Environment::new();
     env.set_auto_escape_callback(|_| AutoEscape::Html);
     env.add_filter("fixed", |x: f64, digits: usize| format!("{x:.digits$}"));
@@ -82,8 +86,9 @@ fn count(n: f64) -> String {
     format!("{scaled:.digits$}{}", ["", "k", "M", "G"][sign as usize])
 }
 
-fn run(report: &Report) -> Result<Run> {
-    let header = report.header();
+fn run(results: &Results) -> Result<Run> {
+    let (report, header) = (&Report::new(results), &results.header);
+    let missing: Vec<String> = results.missing().iter().map(Key::to_string).collect();
     let mut names: Vec<&str> = report.builds().iter().map(|b| b.scene.as_str()).collect();
     names.dedup();
     let sets = report.sets();
@@ -119,6 +124,8 @@ fn run(report: &Report) -> Result<Run> {
         .into_iter()
         .filter(|t| !t.table.rows.is_empty())
         .collect(),
+        planned: results.count() + missing.len(),
+        missing,
         faults: report.faults(),
         checked: sets.iter().filter(|v| v.precision != Precision::Fast.name()).map(|v| v.check.rays).sum(),
     })

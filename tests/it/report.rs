@@ -59,6 +59,61 @@ fn shards_make_the_whole() {
 }
 
 #[test]
+fn folders_are_merged() {
+    let folder = folder();
+    measured(&folder, &["--out", "s1", "--shard", "1/2"]);
+    measured(&folder, &["--out", "s2", "--shard", "2/2"]);
+    let merge = |parts: &[&str], out: &str| {
+        let out = folder.run(&[&["report", "merge"], parts, &["--out", out]].concat());
+        assert!(out.status.success(), "{}", text(&out));
+        text(&out)
+    };
+    // One run: a folder as if it had been measured in one go, whichever part comes first.
+    merge(&["s2", "s1"], "all");
+    let all = rows(&folder, "all/rows.jsonl");
+    let parts = ["s1", "s2"].map(|part| rows(&folder, &format!("{part}/rows.jsonl")));
+    assert_eq!(all, parts.into_iter().flatten().collect());
+    for other in ["all/bench.json", "all/bench.csv", "all/report.html"] {
+        assert!(folder.path(other).is_file(), "{other}");
+    }
+    assert!(folder.run(&["compare", "all", "all/bench.json"]).status.success());
+    assert!(!page(&folder, "all/report.html").contains("rows are missing"));
+    assert!(page(&folder, "s1/report.html").contains("rows are missing"), "a part is not all");
+    let resumed = folder.run(&args(&["--out", "all", "--resume"]));
+    assert!(text(&resumed).contains("resuming: 40 of 40 rows are there"), "{}", text(&resumed));
+    let page_of_all = page(&folder, "all/report.html");
+    assert!(!merge(&["all", "s1"], "all").contains("twice"), "the same rows again are no other measurement");
+    assert_eq!(page(&folder, "all/report.html"), page_of_all);
+    // A part measured anew, and another device.
+    fs::create_dir(folder.path("anew")).unwrap();
+    let lines = page(&folder, "s1/rows.jsonl");
+    fs::write(folder.path("anew/rows.jsonl"), lines.replace("\"scratch_bytes\":", "\"scratch_bytes\":9"))
+        .unwrap();
+    let said = merge(&["all", "anew"], "again");
+    assert!(said.contains("2 rows are measured twice") && said.contains("sphere:2k, ploc"), "{said}");
+    fs::create_dir(folder.path("other")).unwrap();
+    let device = lines.find("\"device\":\"").unwrap() + "\"device\":\"".len();
+    fs::write(folder.path("other/rows.jsonl"), format!("{}A/Card ..{}", &lines[..device], &lines[device..]))
+        .unwrap();
+    merge(&["all", "other"], "both");
+    let mut names: Vec<_> = fs::read_dir(folder.path("both"))
+        .unwrap()
+        .map(|e| e.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    assert!(names[0].starts_with("1-") && names[1].starts_with("2-a-card-"), "{names:?}");
+    assert_eq!(
+        (names[2].as_str(), page(&folder, "both/report.html").matches("<h2>").count()),
+        ("report.html", 2)
+    );
+    assert_eq!(rows(&folder, &format!("both/{}/rows.jsonl", names[0])), all);
+    // What would lose rows is refused.
+    folder.fails(&["report", "merge", "s1", "--out", "all"], 1, "rows that none of the folders has");
+    folder.fails(&["report", "merge", "none", "--out", "all"], 1, "none/rows.jsonl");
+    folder.fails(&["report", "merge"], 2, "required");
+}
+
+#[test]
 fn comparisons_are_gates() {
     let folder = folder();
     measured(&folder, &["--out", "a"]);

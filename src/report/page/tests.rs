@@ -64,6 +64,19 @@ fn what_was_measured_is_there() {
 }
 
 #[test]
+fn what_is_missing_is_there() {
+    let mut results = results("dragon");
+    assert!(!html(&[results.clone()]).unwrap().contains("missing"));
+    results.header.order = Order {
+        scenes: vec!["dragon".into(), HOSTILE.into()],
+        builders: vec!["ploc".into()],
+        ..results.header.order
+    };
+    let page = html(&[results]).unwrap();
+    assert!(page.contains("1 of 3 rows are missing") && page.contains("&lt;script&gt;"), "{page}");
+}
+
+#[test]
 fn no_rows_make_a_page_too() {
     let nothing = Results { builds: vec![], rays: vec![], ..results("dragon") };
     assert!(html(&[nothing]).unwrap().contains("a device"));
