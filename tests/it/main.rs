@@ -6,6 +6,7 @@ mod auto;
 mod bench;
 mod binned;
 mod boxes;
+mod browser;
 mod cli;
 mod collapse;
 mod costs;
