@@ -19,6 +19,7 @@
 //! | [`bvh`] | records a build; knows no files |
 //! | [`trace`] | rays and their hits |
 //! | [`oracle`] | CPU twins of the kernels, and an f64 reference that they and the device answer to |
+//! | [`picture`] | pictures of scenes, and of what their rays cost |
 //! | [`bench`](mod@bench) | warm-up, repeats, medians, rows |
 //! | [`report`] | the rows of a benchmark as a page; knows no device |
 //! | [`cli`] | the command line; knows everything, nothing knows it |
@@ -80,6 +81,7 @@ pub mod cli;
 pub mod device;
 pub mod kernels;
 pub mod oracle;
+pub mod picture;
 pub mod report;
 pub mod scene;
 pub mod trace;

@@ -169,7 +169,7 @@ mod tests {
         };
         let build = BuildRow { scene, builder, build_ms: trace_ms, bvh_bytes: 64, ..BuildRow::default() };
         let header = super::super::Header::default();
-        Results { header, builds: vec![build], rays: vec![ray], images: vec![] }
+        Results { header, builds: vec![build], rays: vec![ray], images: vec![], pictures: vec![] }
     }
 
     fn ratio(a: &Results, b: &Results, quantity: Quantity) -> Ratio {

@@ -8,6 +8,7 @@ mod errors;
 mod images;
 mod kernels;
 mod layouts;
+mod pictures;
 mod plan;
 mod presets;
 mod rays;
@@ -29,6 +30,7 @@ pub use costs::Costs;
 pub use images::ImageRow;
 pub use kernels::{KernelTime, by_kernel};
 pub use layouts::{LayoutPlan, LayoutRow, LayoutSize, Layouts, measure_layouts};
+pub use pictures::PictureRow;
 pub use plan::{Contender, Coverage, ImagePlan, Key, Plan, RayFile, RayKind, RaySet, Shard};
 pub use presets::{Preset, PresetError, Presets};
 pub use report::Report;
@@ -44,6 +46,7 @@ pub use views::Views;
 use crate::bvh::BuildError;
 use crate::device::DeviceError;
 use crate::oracle::validate::Invalid;
+use crate::picture::PictureError;
 use crate::scene::SceneError;
 
 /// A measurement that can't be done.
@@ -58,6 +61,9 @@ pub enum BenchError {
     /// A scene can't be opened.
     #[error(transparent)]
     Scene(#[from] SceneError),
+    /// A picture can't be taken.
+    #[error(transparent)]
+    Picture(#[from] PictureError),
     /// A row can't be written.
     #[error(transparent)]
     Rows(#[from] RowsError),

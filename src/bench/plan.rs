@@ -185,8 +185,10 @@ pub struct Plan {
     pub aimed: usize,
     /// Boxes of each tree that are held against near-optimal ones; 0: none.
     pub boxes: usize,
-    /// Pictures, through the first contender's tree.
+    /// Pictures whose error is measured, through the first contender's tree.
     pub images: Option<ImagePlan>,
+    /// Width and height of pictures of the scene and of what each tree costs its rays, pixels.
+    pub pictures: Option<[u32; 2]>,
 }
 
 /// A part of a plan. Its cells, scenes by builders, go scene by scene, and a shard takes a run of them, so that builders of
@@ -239,6 +241,12 @@ pub struct Key {
 }
 
 impl Key {
+    /// Of a map of what rays cost, or of the scene where `builder` is empty.
+    pub fn picture(scene: &str, builder: &str) -> Self {
+        let what = Some((0, "picture".to_owned()));
+        Self { scene: scene.to_owned(), builder: builder.to_owned(), rays: what }
+    }
+
     /// Of a picture.
     pub fn image(scene: &str, builder: &str, shows: &str, sampler: &str, samples: u32) -> Self {
         let what = format!("{shows}, {sampler}, {samples} samples");
@@ -291,6 +299,10 @@ impl Plan {
             };
             keys.extend(images::kinds().flat_map(of));
         }
+        if self.pictures.is_some() && !contenders.is_empty() {
+            let names = contenders.iter().map(|c| c.name.as_str());
+            keys.extend(std::iter::once("").chain(names).map(|name| Key::picture(scene, name)));
+        }
         keys
     }
 
@@ -317,7 +329,7 @@ impl Plan {
             })
             .collect();
         format!(
-            "scenes {:?}, {:?}; builders {:?}; rays {rays:?} {:?}; {} views of {:?} pixels; {} warm-ups, {} runs; {:?}; {} checked; {} boxes; {:?}",
+            "scenes {:?}, {:?}; builders {:?}; rays {rays:?} {:?}; {} views of {:?} pixels; {} warm-ups, {} runs; {:?}; {} checked; {} boxes; {:?}; pictures {:?}",
             self.scenes,
             self.transform,
             self.contenders,
@@ -329,7 +341,8 @@ impl Plan {
             self.coverage,
             self.check,
             self.boxes,
-            self.images
+            self.images,
+            self.pictures
         )
     }
 }

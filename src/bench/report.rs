@@ -1,6 +1,7 @@
 //! What the benchmark found: as JSON, as CSV, and as tables for people.
 
 use super::images::ImageRow;
+use super::pictures::PictureRow;
 use super::rows::{BuildRow, Header, RayRow, Results};
 use super::{Table, TestTotals, Views};
 use crate::trace::Precision;
@@ -13,6 +14,8 @@ pub struct Report<'r> {
     builds: Vec<&'r BuildRow>,
     rays: Vec<&'r RayRow>,
     images: Vec<&'r ImageRow>,
+    #[serde(skip)]
+    pictures: &'r [PictureRow],
 }
 
 /// A line of the CSV: a build and, where rays were traced, a set of a view.
@@ -75,7 +78,7 @@ struct Line<'a> {
 impl<'r> Report<'r> {
     /// Of `results`.
     pub fn new(results: &'r Results) -> Self {
-        let Results { header, builds, rays, images } = results;
+        let Results { header, builds, rays, images, pictures } = results;
         // What no list has comes last, as it came.
         let place =
             |list: &[String], name: &String| list.iter().position(|n| n == name).unwrap_or(list.len());
@@ -89,7 +92,7 @@ impl<'r> Report<'r> {
         });
         let mut images: Vec<&ImageRow> = images.iter().collect();
         images.sort_by_key(|i| place(&order.scenes, &i.scene));
-        Self { header, builds, rays, images }
+        Self { header, builds, rays, images, pictures }
     }
 
     /// What the run was about.
@@ -110,6 +113,14 @@ impl<'r> Report<'r> {
     /// Pictures, scene by scene, each sampler's in the order in which they were taken.
     pub fn images(&self) -> &[&'r ImageRow] {
         &self.images
+    }
+
+    /// Of a scene its picture and maps of what its rays cost, as builders come.
+    pub fn pictures(&self, scene: &str) -> Vec<&'r PictureRow> {
+        let place = |p: &&PictureRow| self.header.order.builders.iter().position(|b| *b == p.builder);
+        let mut of: Vec<&PictureRow> = self.pictures.iter().filter(|p| p.scene == scene).collect();
+        of.sort_by_key(place);
+        of
     }
 
     /// What is wrong with checked hits: scene, builder, set and verdict of each row with faults. Where the fast triangle

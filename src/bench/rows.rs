@@ -2,6 +2,7 @@
 //! that says what was measured on what. A run that was cut off goes on from there.
 
 use super::images::ImageRow;
+use super::pictures::PictureRow;
 use super::plan::Key;
 use super::{Costs, KernelTime, Plan, Spread, TestTotals};
 use crate::device::DeviceInfo;
@@ -223,6 +224,7 @@ enum Line {
     Build(Box<BuildRow>),
     Rays(Box<RayRow>),
     Image(Box<ImageRow>),
+    Picture(Box<PictureRow>),
 }
 
 /// A file of rows that can't be used.
@@ -279,12 +281,15 @@ pub struct Results {
     /// Pictures likewise.
     #[serde(default)]
     pub images: Vec<ImageRow>,
+    /// Pictures of scenes and of what their rays cost.
+    #[serde(skip)]
+    pub pictures: Vec<PictureRow>,
 }
 
 impl Results {
     /// None yet.
     fn new(header: Header) -> Self {
-        Self { header, builds: vec![], rays: vec![], images: vec![] }
+        Self { header, builds: vec![], rays: vec![], images: vec![], pictures: vec![] }
     }
 
     /// Of the file of rows at `path`; a last line that was cut off is left out.
@@ -326,6 +331,11 @@ impl Results {
                 self.images.push(row);
             }
         }
+        for row in other.pictures {
+            if !self.pictures.iter().any(|r| r.key() == row.key()) {
+                self.pictures.push(row);
+            }
+        }
     }
 
     fn parse(path: &Path, bytes: &[u8]) -> Result<Self> {
@@ -342,10 +352,21 @@ impl Results {
                 Line::Build(row) => results.builds.push(*row),
                 Line::Rays(row) => results.rays.push(*row),
                 Line::Image(row) => results.images.push(*row),
+                Line::Picture(row) => {
+                    // A name, not a way to elsewhere.
+                    let name = Path::new(&row.file).file_name().unwrap_or_default();
+                    let png = fs::read(pictures_beside(path).join(name)).unwrap_or_default();
+                    results.pictures.push(PictureRow { png, ..*row });
+                }
             }
         }
         Ok(results)
     }
+}
+
+/// The folder of the pictures of the rows at `path`.
+fn pictures_beside(path: &Path) -> PathBuf {
+    path.with_file_name("pictures")
 }
 
 /// Bytes of the lines that are there whole.
@@ -465,17 +486,41 @@ impl Rows {
         Ok(())
     }
 
+    /// Writes a picture's file, and adds its row.
+    ///
+    /// # Errors
+    /// [`RowsError::Io`].
+    pub fn push_picture(&mut self, row: PictureRow) -> Result<()> {
+        let folder = pictures_beside(&self.path);
+        let path = folder.join(&row.file);
+        let io = |source| RowsError::Io { doing: "write", path: path.clone(), source };
+        fs::create_dir_all(&folder).map_err(io)?;
+        let mut file = tempfile::NamedTempFile::new_in(&folder).map_err(io)?;
+        file.write_all(&row.png).map_err(io)?;
+        file.persist(&path).map_err(|e| io(e.error))?;
+        let line = Line::Picture(Box::new(row));
+        self.write(&line)?;
+        if let Line::Picture(row) = line {
+            self.results.pictures.push(*row);
+        }
+        Ok(())
+    }
+
     /// Rows there are.
     pub fn count(&self) -> usize {
-        let Results { builds, rays, images, .. } = &self.results;
-        builds.len() + rays.len() + images.len()
+        let Results { builds, rays, images, pictures, .. } = &self.results;
+        builds.len() + rays.len() + images.len() + pictures.len()
     }
 
     /// Whether the row of `key` is there.
     pub fn has(&self, key: &Key) -> bool {
         match &key.rays {
             None => self.build(key).is_some(),
-            Some(_) => self.rays(key).is_some() || self.results.images.iter().any(|r| r.key() == *key),
+            Some(_) => {
+                let Results { images, pictures, .. } = &self.results;
+                let image = || images.iter().any(|r| r.key() == *key);
+                self.rays(key).is_some() || image() || pictures.iter().any(|r| r.key() == *key)
+            }
         }
     }
 

@@ -1,16 +1,19 @@
 //! The benchmark, a scene at a time: all builders build it in turn, then, view by view, trace its rays in turn, so that
 //! what else the machine does meets all of them alike. A row goes to its file the moment that it is finished.
 
-use super::images;
 use super::rays::Rays;
 use super::stats::{enough, warm_up};
 use super::{BenchError, BuildRow, Contender, Costs, Plan, Result, Rows, Spread, by_kernel};
+use super::{images, pictures};
 use crate::bvh::{Built, Bvh, Fit, SceneBuffers, build, stages};
 use crate::device::{Device, Timing};
 use crate::oracle::reference::Reference;
 use crate::oracle::validate::{Claims, validate};
 use crate::oracle::{excess, mixed, quality, tight};
+use crate::picture::{Studio, Subject};
 use crate::scene::{Scene, SceneError};
+use crate::trace::Precision;
+use crate::trace::rays::View;
 use std::sync::Arc;
 
 /// Opens a scene by what the plan calls it.
@@ -42,6 +45,9 @@ pub fn run(device: &Arc<Device>, plan: &Plan, open: Open, rows: &mut Rows, progr
         }
         if let Some(wanted) = &plan.images {
             images::take(&stage, wanted, rows, progress)?;
+        }
+        if let Some(size) = plan.pictures {
+            pictures::take(&stage, size, rows, progress)?;
         }
     }
     Ok(())
@@ -80,6 +86,14 @@ impl<'a> Stage<'a> {
     ) -> Result<Self> {
         let buffers = SceneBuffers::upload(device, scene)?;
         Ok(Self { device, plan, spec, scene, costs, buffers, trees: vec![], reference: None })
+    }
+
+    /// A picture of the first view, of `size` pixels, through the first contender's tree.
+    pub(super) fn studio(&self, [width, height]: [u32; 2]) -> Result<Studio<'_>> {
+        let Self { device, scene, buffers, trees, .. } = self;
+        let subject = Subject { device, scene, buffers, bvh: &trees[0] };
+        let view = View { camera: scene.views_or_default()[0], width, height };
+        Ok(Studio::new(subject, view, Precision::Robust)?)
     }
 
     /// Builds every contender's tree; measures those whose rows are missing.

@@ -92,6 +92,7 @@ impl Args {
             aimed,
             boxes,
             images,
+            pictures,
         } = preset;
         let contender = |name: &String| -> Result<Contender> {
             let (recipe, precision) = (presets.recipe(name)?, presets.precision(name)?);
@@ -116,6 +117,7 @@ impl Args {
             aimed,
             boxes,
             images,
+            pictures,
         })
     }
 }

@@ -13,7 +13,6 @@ mod devices;
 mod explain;
 mod files;
 mod fits;
-mod image;
 mod layouts;
 mod query;
 mod render;

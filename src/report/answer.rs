@@ -2,7 +2,6 @@
 //! traces them by a test that leaks is no answer.
 
 use crate::bench::{Report, Views};
-use crate::trace::Precision;
 
 /// A builder that is the best from some number of rays on.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -74,7 +73,7 @@ fn answer<'v>(report: &Report, scene: &str, set: &str, sets: &'v [Views<'v>]) ->
     };
     let racers: Vec<Racer> = sets
         .iter()
-        .filter(|v| (v.scene, v.set) == (scene, set) && v.rays > 0 && v.precision != Precision::Fast.name())
+        .filter(|v| (v.scene, v.set) == (scene, set) && v.rays > 0 && !v.is_fast())
         .filter_map(racer)
         .collect();
     let fastest = racers.iter().min_by(|a, b| a.ms_per_ray.total_cmp(&b.ms_per_ray))?;

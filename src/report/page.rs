@@ -2,8 +2,9 @@
 
 use super::plots::{Bar, Lines, Plot, Series, bars, curves, points};
 use super::{Answer, Result, answers, errors};
-use crate::bench::{BuildRow, Report, Results, Table, Views};
-use crate::trace::Precision;
+use crate::bench::{BuildRow, PictureRow, Report, Results, Table, Views};
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use minijinja::value::Serde;
 use minijinja::{AutoEscape, Environment, Value, context};
 use serde::Serialize;
@@ -44,8 +45,17 @@ struct SceneSection {
     name: String,
     triangles: usize,
     plots: Vec<Plot>,
+    pictures: Vec<Shown>,
     /// A builder, and what its build did and skipped.
     explained: Vec<Explained>,
+}
+
+/// A picture.
+#[derive(Debug, Serialize)]
+struct Shown {
+    title: String,
+    /// PNG, in base 64.
+    png: String,
 }
 
 #[derive(Debug, Serialize)]
@@ -120,7 +130,7 @@ fn run(report: &Report) -> Result<Run> {
         .filter(|t| !t.table.rows.is_empty())
         .collect(),
         faults: report.faults(),
-        checked: sets.iter().filter(|v| v.precision != Precision::Fast.name()).map(|v| v.check.rays).sum(),
+        checked: sets.iter().filter(|v| !v.is_fast()).map(|v| v.check.rays).sum(),
     })
 }
 
@@ -136,12 +146,22 @@ fn scene(report: &Report, sets: &[Views], name: &str) -> Result<SceneSection> {
     let explained = builds.iter().filter(|b| !b.explain.is_empty());
     Ok(SceneSection {
         name: name.to_owned(),
+        pictures: report.pictures(name).into_iter().filter_map(shown).collect(),
         triangles: builds.first().map_or(0, |b| b.triangles),
         plots,
         explained: explained
             .map(|b| Explained { builder: b.builder.clone(), sentences: b.explain.clone() })
             .collect(),
     })
+}
+
+/// None where its file is gone.
+fn shown(picture: &PictureRow) -> Option<Shown> {
+    let title = match picture.builder.as_str() {
+        "" => "The scene".to_owned(),
+        builder => format!("{builder}: {:.0} ns a ray in the mean", picture.mean_ns),
+    };
+    (!picture.png.is_empty()).then(|| Shown { title, png: STANDARD.encode(&picture.png) })
 }
 
 /// Build time by stage, scaled to the median of whole builds.

@@ -16,7 +16,8 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("device", &["abi", "kernels"]),
     ("bvh", &["abi", "geom", "scene", "kernels", "device"]),
     ("trace", &["abi", "geom", "scene", "kernels", "device", "bvh"]),
-    ("bench", &["abi", "geom", "scene", "kernels", "device", "bvh", "trace", "oracle"]),
+    ("picture", &["abi", "geom", "scene", "device", "bvh", "trace", "oracle"]),
+    ("bench", &["abi", "geom", "scene", "kernels", "device", "bvh", "trace", "oracle", "picture"]),
     ("report", &["oracle", "bench"]),
 ];
 /// Rooms that may know all.

@@ -28,7 +28,7 @@ fn results(racers: &[(&str, f64, [f64; 3])]) -> Results {
         header: Header { order, costs, ..Header::default() },
         builds: racers.iter().map(build).collect(),
         rays: racers.iter().map(rays).collect(),
-        images: vec![],
+        ..Results::default()
     }
 }
 

@@ -32,7 +32,7 @@ fn results(scene: &str) -> Results {
     let order = Order { scenes: vec![scene.into()], ..Order::default() };
     let header =
         Header { device: "a device".into(), order, command: vec![scene.into()], ..Header::default() };
-    Results { header, builds: vec![build], rays: vec![rays], images: vec![] }
+    Results { header, builds: vec![build], rays: vec![rays], images: vec![], pictures: vec![] }
 }
 
 #[test]
@@ -42,6 +42,23 @@ fn names_are_text() {
     for markup in ["<script", "alert('a')</", "\"&amp;.obj", "onerror="] {
         assert!(!page.contains(markup), "{markup}");
     }
+}
+
+#[test]
+fn pictures_are_in_the_page() {
+    let mut run = results(HOSTILE);
+    let of = |builder: &str, png: &[u8]| PictureRow {
+        scene: HOSTILE.into(),
+        builder: builder.into(),
+        png: png.to_vec(),
+        ..PictureRow::default()
+    };
+    run.pictures = vec![of("gone", &[]), of("ploc", b"Man"), of("", b"sun")];
+    run.header.order.builders = vec!["ploc".into()];
+    let page = html(&[run]).unwrap();
+    let at = |text: &str| page.find(text);
+    let (scene, map) = (at("base64,c3Vu").unwrap(), at("base64,TWFu").unwrap());
+    assert!(scene < map && at("gone:").is_none(), "the scene first, none without a file");
 }
 
 #[test]
