@@ -24,6 +24,8 @@
 //! | [`report`] | the rows of a benchmark as a page; knows no device |
 //! | [`cli`] | the command line; knows everything, nothing knows it |
 //!
+//! How to add a builder stands in [`bvh`], how to read what is measured in [`bench`](mod@bench).
+//!
 //! A stage has one name in four places: `src/bvh/ploc.rs` records it, `glsl/ploc/*.comp` compute it,
 //! `src/oracle/ploc.rs` defines it, `tests/it/ploc.rs` compares. Kernel `ploc/search` is its file, its constant
 //! [`kernels::PLOC_SEARCH`], its arguments [`abi::PlocSearchArgs`], its label, its row in a report and its name in an

@@ -1,4 +1,22 @@
 //! Measuring: warm-up, repeats, medians and spread; the benchmark, its presets, its rows and its report.
+//!
+//! # How to read the numbers
+//! - **Times** are medians over runs in which all builders took turns, after warm-ups that end once three runs agree within
+//!   5 %. *±* is the range between the quartiles, in per cent of the median: differences within it say nothing. Device times
+//!   come from the driver's timestamps, from the first pass of a build or a trace to the end of the last; what a host does
+//!   for a builder counts as well. Times by kernel are those of one run with a stamp a pass, which costs some.
+//! - **Rates** are rays over the time of all of a set's rays, the sort included where rays were sorted. Before they are
+//!   measured each builder's rays try all kernels, orders and boxes, and take what is fastest for them.
+//! - **Counts**: tests of boxes, of oriented ones and of triangles are those of each ray walking alone, whichever kernel is
+//!   timed; *cost* is their sum weighed by what one of each takes on this device ([`Costs`]). Counts, bytes, areas and hashes
+//!   are the same on every machine; times are not, and no gate hangs on them.
+//! - **SAH cost, EPO, LCV**: what heuristics expect of a tree, in the glossary of the [crate](crate). *Above optimal*: area of
+//!   a sample of boxes over that of near-optimal ones around the same triangles, less 1.
+//! - **Faults** are hits that the f64 reference contradicts and rounding does not excuse, **unsure** ones those that it may:
+//!   where copies of the ray, moved by an ulp or so, disagree among themselves. Tables of errors count both.
+//! - **Error of t** is relative to t, over hits on the reference's own triangle. **RMSE** is that of pixels from 0 to 1
+//!   against a picture of many more samples.
+//! - **Peak scratch** is the most memory that a build held at once beside the scene and the tree.
 
 mod builds;
 mod choice;
