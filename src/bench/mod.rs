@@ -10,7 +10,7 @@
 //! - **Counts**: tests of boxes, of oriented ones and of triangles are those of each ray walking alone, whichever kernel is
 //!   timed; *cost* is their sum weighed by what one of each takes on this device ([`Costs`]). Counts, bytes, areas and hashes
 //!   are the same on every machine; times are not, and no gate hangs on them.
-//! - **SAH cost, EPO, LCV**: what heuristics expect of a tree, in the glossary of the [crate](crate). *Above optimal*: area of
+//! - **SAH cost, EPO, LCV**: what heuristics expect of a tree, in the glossary of the [crate]. *Above optimal*: area of
 //!   a sample of boxes over that of near-optimal ones around the same triangles, less 1.
 //! - **Faults** are hits that the f64 reference contradicts and rounding does not excuse, **unsure** ones those that it may:
 //!   where copies of the ray, moved by an ulp or so, disagree among themselves. Tables of errors count both.
