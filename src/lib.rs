@@ -20,6 +20,7 @@
 //! | [`trace`] | rays and their hits |
 //! | [`oracle`] | CPU twins of the kernels, and an f64 reference that they and the device answer to |
 //! | [`bench`](mod@bench) | warm-up, repeats, medians, rows |
+//! | [`profile`](mod@profile) | time, bytes and active lanes by kernel; a timeline |
 //! | [`report`] | the rows of a benchmark as a page; knows no device |
 //! | [`cli`] | the command line; knows everything, nothing knows it |
 //!
@@ -80,6 +81,7 @@ pub mod cli;
 pub mod device;
 pub mod kernels;
 pub mod oracle;
+pub mod profile;
 pub mod report;
 pub mod scene;
 pub mod trace;

@@ -17,6 +17,7 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("bvh", &["abi", "geom", "scene", "kernels", "device"]),
     ("trace", &["abi", "geom", "scene", "kernels", "device", "bvh"]),
     ("bench", &["abi", "geom", "scene", "kernels", "device", "bvh", "trace", "oracle"]),
+    ("profile", &["abi", "geom", "scene", "device", "bvh", "trace", "bench"]),
     ("report", &["oracle", "bench"]),
 ];
 /// Rooms that may know all.
