@@ -21,6 +21,7 @@
 //! | [`oracle`] | CPU twins of the kernels, and an f64 reference that they and the device answer to |
 //! | [`picture`] | pictures of scenes, and of what their rays cost |
 //! | [`bench`](mod@bench) | warm-up, repeats, medians, rows |
+//! | [`profile`](mod@profile) | time, bytes and active lanes by kernel; a timeline |
 //! | [`report`] | the rows of a benchmark as a page; knows no device |
 //! | [`cli`] | the command line; knows everything, nothing knows it |
 //!
@@ -84,6 +85,7 @@ pub mod device;
 pub mod kernels;
 pub mod oracle;
 pub mod picture;
+pub mod profile;
 pub mod report;
 pub mod scene;
 pub mod trace;

@@ -141,6 +141,7 @@ pub const PAIRS: &[&str] = &[
     "Range",
     "PackedTriangle",
     "Tests",
+    "Steps",
     "Surface",
 ];
 

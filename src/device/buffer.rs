@@ -55,6 +55,7 @@ impl Allocated {
         let now = device.in_use.fetch_add(bytes, Ordering::Relaxed) + bytes;
         device.peak.fetch_max(now, Ordering::Relaxed);
         let Memory { raw, address, bytes, location, allocation } = memory;
+        device.name(raw, name);
         Ok(Self { raw, address, bytes, location, allocation, device: device.clone() })
     }
 
@@ -114,6 +115,7 @@ fn create(device: &Device, name: &str, bytes: u64, location: MemoryLocation) -> 
     let info = vk::BufferDeviceAddressInfo::default().buffer(raw);
     // SAFETY: the buffer has memory and the address usage.
     memory.address = unsafe { device.raw.get_buffer_device_address(&info) };
+    lock(&device.buffers).insert(memory.address, bytes);
     Ok(memory)
 }
 

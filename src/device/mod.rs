@@ -4,22 +4,26 @@
 
 mod buffer;
 mod error;
+mod events;
 mod pipeline;
 mod recorder;
 mod select;
 mod shape;
+mod times;
 
 pub use buffer::Buffer;
 pub use error::{DeviceError, Result};
-pub use recorder::{Pass, Recorder, Times, Timing};
+pub use events::{Event, HostWork, Submit, Traffic, Work};
+pub use recorder::Recorder;
 pub use select::{DeviceInfo, Feature, choose};
 pub use shape::Shape;
+pub use times::{Pass, Times, Timing};
 
 use ash::vk;
 use error::Context;
 use gpu_allocator::vulkan as ga;
-use std::collections::HashMap;
-use std::ffi::{CStr, c_void};
+use std::collections::{BTreeMap, HashMap};
+use std::ffi::{CStr, CString, c_void};
 use std::mem::ManuallyDrop;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -82,6 +86,8 @@ pub struct Device {
     wide: bool,
     raw: ash::Device,
     labels: Option<ash::ext::debug_utils::Device>,
+    /// Where the device tells its clock's time.
+    calibrated: Option<ash::ext::calibrated_timestamps::Device>,
     physical: vk::PhysicalDevice,
     queue: Mutex<vk::Queue>,
     allocator: ManuallyDrop<Mutex<ga::Allocator>>,
@@ -95,6 +101,8 @@ pub struct Device {
     /// Bytes of all live buffers, and the most there were since [`Device::track_memory`].
     in_use: AtomicU64,
     peak: AtomicU64,
+    /// Bytes of each buffer, spare ones too, by address.
+    buffers: Mutex<BTreeMap<u64, u64>>,
     instance: Instance,
 }
 
@@ -175,6 +183,14 @@ impl Instance {
         let all = unsafe { self.raw.enumerate_physical_devices() }.context("vkEnumeratePhysicalDevices")?;
         Ok(all.into_iter().enumerate().map(|(i, p)| (p, select::inspect(&self.raw, p, i))).collect())
     }
+
+    /// Whether a device that has calibrated timestamps has them of its own clock.
+    fn tells_device_time(&self, physical: vk::PhysicalDevice) -> bool {
+        let loader = ash::ext::calibrated_timestamps::Instance::new(&self._entry, &self.raw);
+        // SAFETY: `physical` comes from this instance and has the extension.
+        let domains = unsafe { loader.get_physical_device_calibrateable_time_domains(physical) };
+        domains.is_ok_and(|domains| domains.contains(&vk::TimeDomainEXT::DEVICE))
+    }
 }
 
 impl Drop for Instance {
@@ -225,7 +241,10 @@ impl Device {
         }
 
         let wide = info.has_wide && !options.narrow;
-        let core = vk::PhysicalDeviceFeatures::default().shader_int64(wide).shader_float64(wide);
+        let core = vk::PhysicalDeviceFeatures::default()
+            .shader_int64(wide)
+            .shader_float64(wide)
+            .pipeline_statistics_query(info.has_statistics);
         let mut v12 = vk::PhysicalDeviceVulkan12Features::default()
             .buffer_device_address(true)
             .scalar_block_layout(true);
@@ -235,6 +254,10 @@ impl Device {
         let mut extensions = vec![];
         if info.has_memory_budget {
             extensions.push(vk::EXT_MEMORY_BUDGET_NAME.as_ptr());
+        }
+        let calibrated = info.has_calibrated_timestamps && instance.tells_device_time(physical);
+        if calibrated {
+            extensions.push(vk::EXT_CALIBRATED_TIMESTAMPS_NAME.as_ptr());
         }
         let create = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
@@ -259,12 +282,15 @@ impl Device {
             source,
         })?;
         let labels = instance.labels.then(|| ash::ext::debug_utils::Device::new(&instance.raw, &raw));
+        let calibrated =
+            calibrated.then(|| ash::ext::calibrated_timestamps::Device::new(&instance.raw, &raw));
         Ok(Arc::new(Self {
             shape: options.shape.clone().unwrap_or_else(|| Shape::of(&info)),
             info,
             wide,
             raw,
             labels,
+            calibrated,
             physical,
             queue: Mutex::new(queue),
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
@@ -274,6 +300,7 @@ impl Device {
             spare: Mutex::default(),
             in_use: AtomicU64::new(0),
             peak: AtomicU64::new(0),
+            buffers: Mutex::default(),
             instance,
         }))
     }
@@ -296,6 +323,14 @@ impl Device {
     /// What the validation layers have said so far; empty without them.
     pub fn messages(&self) -> Vec<String> {
         lock(&self.instance.messages).clone()
+    }
+
+    /// Gives an object the name that validation messages and debuggers show.
+    fn name(&self, object: impl vk::Handle, name: &str) {
+        let (Some(labels), Ok(name)) = (&self.labels, CString::new(name)) else { return };
+        let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(object).object_name(&name);
+        // SAFETY: a live object of this device. A name that the driver has no room for does no harm.
+        let _ = unsafe { labels.set_debug_utils_object_name(&info) };
     }
 
     /// Takes a buffer that is no longer needed; spare as soon as no recorder can refer to it.
@@ -335,6 +370,7 @@ impl Device {
     }
 
     fn free(&self, memory: buffer::Memory) {
+        lock(&self.buffers).remove(&memory.address);
         if let Some(allocation) = memory.allocation {
             // The allocator only refuses what it did not allocate.
             let _ = lock(&self.allocator).free(allocation);

@@ -55,6 +55,10 @@ pub struct DeviceInfo {
     pub(super) has_memory_budget: bool,
     #[serde(skip)]
     pub(super) has_wide: bool,
+    #[serde(skip)]
+    pub(super) has_statistics: bool,
+    #[serde(skip)]
+    pub(super) has_calibrated_timestamps: bool,
 }
 
 impl DeviceInfo {
@@ -131,6 +135,18 @@ pub(super) fn inspect(instance: &ash::Instance, physical: vk::PhysicalDevice, in
             "reductions, packets",
         ),
         feature("timestamps", optional, p.limits.timestamp_period > 0.0, "times by kernel; else wall time"),
+        feature(
+            "VK_EXT_calibrated_timestamps",
+            optional,
+            has(vk::EXT_CALIBRATED_TIMESTAMPS_NAME),
+            "passes on the host's clock, in profiles",
+        ),
+        feature(
+            "pipelineStatisticsQuery",
+            optional,
+            f.pipeline_statistics_query != 0,
+            "invocations by kernel, in profiles",
+        ),
         feature(
             "VK_EXT_memory_budget",
             optional,
@@ -226,6 +242,8 @@ pub(super) fn inspect(instance: &ash::Instance, physical: vk::PhysicalDevice, in
         queue_family: family as u32,
         has_memory_budget,
         has_wide: f.shader_int64 != 0 && f.shader_float64 != 0,
+        has_statistics: f.pipeline_statistics_query != 0,
+        has_calibrated_timestamps: has(vk::EXT_CALIBRATED_TIMESTAMPS_NAME),
     }
 }
 

@@ -18,6 +18,7 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("trace", &["abi", "geom", "scene", "kernels", "device", "bvh"]),
     ("picture", &["abi", "geom", "scene", "device", "bvh", "trace", "oracle"]),
     ("bench", &["abi", "geom", "scene", "kernels", "device", "bvh", "trace", "oracle", "picture"]),
+    ("profile", &["abi", "geom", "scene", "device", "bvh", "trace", "bench"]),
     ("report", &["oracle", "bench"]),
 ];
 /// Rooms that may know all.

@@ -26,6 +26,7 @@ mod oracle;
 mod orient;
 mod orientation;
 mod ploc;
+mod profile;
 mod quality;
 mod rays;
 mod raysort;
