@@ -18,6 +18,7 @@
 //! | [`device`] | Vulkan: selection, buffers, pipelines, recorded passes, times; knows no trees |
 //! | [`bvh`] | records a build; knows no files |
 //! | [`trace`] | rays and their hits |
+//! | [`ray_query`] | the driver's own structures and their traversal, to compare with |
 //! | [`oracle`] | CPU twins of the kernels, and an f64 reference that they and the device answer to |
 //! | [`bench`](mod@bench) | warm-up, repeats, medians, rows |
 //! | [`report`] | the rows of a benchmark as a page; knows no device |
@@ -80,6 +81,7 @@ pub mod cli;
 pub mod device;
 pub mod kernels;
 pub mod oracle;
+pub mod ray_query;
 pub mod report;
 pub mod scene;
 pub mod trace;

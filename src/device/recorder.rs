@@ -71,7 +71,7 @@ impl Times {
 pub struct Recorder {
     device: Arc<Device>,
     pool: vk::CommandPool,
-    commands: vk::CommandBuffer,
+    pub(super) commands: vk::CommandBuffer,
     fence: vk::Fence,
     queries: Option<vk::QueryPool>,
     timing: Timing,
@@ -184,7 +184,7 @@ impl Recorder {
         }
     }
 
-    fn after_pass(&mut self, name: &'static str) {
+    pub(super) fn after_pass(&mut self, name: &'static str) {
         self.passes.push(name);
         let done = self.passes.len();
         if !self.overlapping {
@@ -296,9 +296,12 @@ impl Recorder {
 
     /// Writes a few elements to the start of `buffer`: at most 64 KiB, from the command buffer itself.
     pub fn update<T: bytemuck::NoUninit>(&mut self, buffer: &Buffer<T>, elements: &[T]) {
-        let bytes: &[u8] = bytemuck::cast_slice(elements);
-        // SAFETY: recording; a multiple of 4 bytes, below 64 KiB, within the buffer.
-        unsafe { self.device.raw.cmd_update_buffer(self.commands, buffer.memory.raw, 0, bytes) };
+        self.update_bytes(&buffer.memory, 0, bytemuck::cast_slice(elements));
+    }
+
+    pub(super) fn update_bytes(&mut self, to: &Allocated, at: u64, bytes: &[u8]) {
+        // SAFETY: recording; multiples of 4 bytes, below 64 KiB, within the buffer.
+        unsafe { self.device.raw.cmd_update_buffer(self.commands, to.raw, at, bytes) };
         self.barrier();
     }
 

@@ -1,5 +1,6 @@
 //! Which devices there are, what each offers, and which one to use: a real GPU before a software one.
 
+use super::acceleration::{self, Limits};
 use ash::vk;
 use std::ffi::CStr;
 
@@ -55,6 +56,8 @@ pub struct DeviceInfo {
     pub(super) has_memory_budget: bool,
     #[serde(skip)]
     pub(super) has_wide: bool,
+    #[serde(skip)]
+    pub(super) ray_query: Option<Limits>,
 }
 
 impl DeviceInfo {
@@ -104,6 +107,7 @@ pub(super) fn inspect(instance: &ash::Instance, physical: vk::PhysicalDevice, in
     // SAFETY: as above; the Vulkan 1.2 struct is chained only where the device is of that version.
     unsafe { instance.get_physical_device_features2(physical, &mut features) };
     let f = features.features;
+    let ray_query = if recent { acceleration::limits(instance, physical, has) } else { None };
     let operations = subgroup.supported_operations;
     let in_compute = subgroup.supported_stages.contains(vk::ShaderStageFlags::COMPUTE);
     let ops = |o: vk::SubgroupFeatureFlags| in_compute && operations.contains(o);
@@ -147,8 +151,8 @@ pub(super) fn inspect(instance: &ash::Instance, physical: vk::PhysicalDevice, in
         feature(
             "VK_KHR_ray_query",
             optional,
-            has(vk::KHR_RAY_QUERY_NAME),
-            "not used yet: comparison with the device's own",
+            ray_query.is_some(),
+            "bench --against ray-query: the device's own structure (VK_KHR_acceleration_structure) and its traversal",
         ),
         feature(
             "VK_EXT_subgroup_size_control",
@@ -226,6 +230,7 @@ pub(super) fn inspect(instance: &ash::Instance, physical: vk::PhysicalDevice, in
         queue_family: family as u32,
         has_memory_budget,
         has_wide: f.shader_int64 != 0 && f.shader_float64 != 0,
+        ray_query,
     }
 }
 

@@ -26,6 +26,7 @@ mod orient;
 mod orientation;
 mod ploc;
 mod quality;
+mod ray_query;
 mod rays;
 mod raysort;
 mod recut;
