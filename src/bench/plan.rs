@@ -3,6 +3,7 @@
 use super::rows::Order;
 use crate::abi::{Aabb, Ray};
 use crate::bvh::{Fit, Recipe};
+use crate::ray_query::TriangleOrder;
 use crate::scene::Transform;
 use crate::trace::rays::{Light, Secondary};
 use crate::trace::{BATCH, Query, RayOrder};
@@ -121,13 +122,29 @@ impl Coverage {
     }
 }
 
-/// A builder of the benchmark: a recipe and its name.
+/// Who builds a contender's tree, and traces it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Maker {
+    /// Boxwood, by a recipe.
+    Boxwood(Recipe),
+    /// The device's driver, given triangles in some order.
+    Driver(TriangleOrder),
+}
+
+/// A builder of the benchmark.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contender {
-    /// As `--builders` takes it.
+    /// As `--builders` takes it; of a driver's structure [`TriangleOrder::name`].
     pub name: String,
     /// How it builds.
-    pub recipe: Recipe,
+    pub maker: Maker,
+}
+
+impl Contender {
+    /// Whether it has axis-aligned boxes alone, as far as anybody can tell.
+    fn is_aligned(&self) -> bool {
+        matches!(&self.maker, Maker::Boxwood(recipe) if recipe.fit == Fit::Aabb)
+    }
 }
 
 /// A benchmark.
@@ -254,7 +271,7 @@ impl Plan {
 
     /// Of the rows that it makes.
     pub fn order(&self) -> Order {
-        let plain = self.contenders.iter().find(|c| c.recipe.fit == Fit::Aabb);
+        let plain = self.contenders.iter().find(|c| c.is_aligned());
         Order {
             scenes: self.scenes.clone(),
             builders: self.contenders.iter().map(|c| c.name.clone()).collect(),

@@ -1,7 +1,7 @@
 #![allow(clippy::unwrap_used)]
 
 use super::*;
-use crate::bench::{Header, KernelTime, Order, RayRow, Spread};
+use crate::bench::{Header, KernelTime, Order, RayRow, Spread, Survey};
 use crate::oracle::validate::Stats;
 
 /// Names as files may have them.
@@ -11,12 +11,13 @@ fn results(scene: &str) -> Results {
     let spread = Spread::of(&[1.0, 2.0, 3.0]);
     let kernels = vec![KernelTime { name: "ploc/search".into(), count: 2, ms: 0.5 }];
     let tree = Stats { area_by_level: vec![1.0, 0.5], ..Stats::default() };
+    let survey = Some(Survey { tree, ..Survey::default() });
     let build = BuildRow {
         scene: scene.into(),
         builder: "ploc".into(),
         build_ms: spread,
         kernels,
-        tree,
+        survey,
         explain: vec![format!("skipped {scene}")],
         ..BuildRow::default()
     };
