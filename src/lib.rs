@@ -18,6 +18,7 @@
 //! | [`device`] | Vulkan: selection, buffers, pipelines, recorded passes, times; knows no trees |
 //! | [`bvh`] | records a build; knows no files |
 //! | [`trace`] | rays and their hits |
+//! | [`ray_query`] | the driver's own structures and their traversal, to compare with |
 //! | [`oracle`] | CPU twins of the kernels, and an f64 reference that they and the device answer to |
 //! | [`picture`] | pictures of scenes, and of what their rays cost |
 //! | [`bench`](mod@bench) | warm-up, repeats, medians, rows |
@@ -86,6 +87,7 @@ pub mod kernels;
 pub mod oracle;
 pub mod picture;
 pub mod profile;
+pub mod ray_query;
 pub mod report;
 pub mod scene;
 pub mod trace;

@@ -86,7 +86,7 @@ pub(super) fn kinds() -> impl Iterator<Item = [&'static str; 2]> {
 
 /// Takes the pictures of the scene that `rows` lacks, through the first contender's tree.
 pub(super) fn take(stage: &Stage, plan: &ImagePlan, rows: &mut Rows, progress: Progress) -> Result<()> {
-    let Some(contender) = stage.plan.contenders_of(stage.spec).first() else { return Ok(()) };
+    let Some((contender, bvh)) = stage.own_trees().next() else { return Ok(()) };
     let key = |shows: Shows, sampler: &str, n: u32| {
         Key::image(stage.spec, &contender.name, shows.name(), sampler, n)
     };
@@ -96,7 +96,7 @@ pub(super) fn take(stage: &Stage, plan: &ImagePlan, rows: &mut Rows, progress: P
             continue;
         }
         progress(&format!("{}: a converged picture, {}", stage.spec, shows.name()), rows);
-        let studio = stage.studio(plan.size)?;
+        let studio = stage.studio(plan.size, bvh)?;
         // Of other points than the pictures that it is held against.
         let converged = expose(stage, &studio, shows, Sampler::Halton(plan.converged), plan.converged)?.0;
         let samplers =

@@ -32,14 +32,14 @@ impl PictureRow {
 
 /// Takes the pictures of the scene that `rows` lacks.
 pub(super) fn take(stage: &Stage, size: [u32; 2], rows: &mut Rows, progress: Progress) -> Result<()> {
-    let contenders = stage.plan.contenders_of(stage.spec);
+    let trees: Vec<_> = stage.own_trees().collect();
     let missing = |rows: &Rows, builder: &str| !rows.has(&Key::picture(stage.spec, builder));
-    let builders = || contenders.iter().map(|c| c.name.as_str());
-    if contenders.is_empty() || !std::iter::once("").chain(builders()).any(|b| missing(rows, b)) {
+    let mut builders = std::iter::once("").chain(trees.iter().map(|(c, _)| c.name.as_str()));
+    let Some((_, first)) = trees.first().filter(|_| builders.any(|b| missing(rows, b))) else {
         return Ok(());
-    }
+    };
     progress(&format!("{}: pictures", stage.spec), rows);
-    let studio = stage.studio(size)?;
+    let studio = stage.studio(size, first)?;
     // Numbers, not names: what files may be called differs from system to system.
     let scene = stage.plan.scenes.iter().position(|s| s == stage.spec).unwrap_or(0) + 1;
     if missing(rows, "") {
@@ -47,11 +47,11 @@ pub(super) fn take(stage: &Stage, size: [u32; 2], rows: &mut Rows, progress: Pro
         let png = studio.shaded().png().map_err(PictureError::from)?;
         rows.push_picture(PictureRow { file: format!("{scene}.png"), png, ..row })?;
     }
-    let maps = stage.trees.iter().map(|tree| Ok(nanoseconds(&studio.tests(tree)?, stage.costs)));
+    let maps = trees.iter().map(|(_, tree)| Ok(nanoseconds(&studio.tests(tree)?, stage.costs)));
     let maps = maps.collect::<Result<Vec<_>>>()?;
     // One scale, so that trees can be compared.
     let end = maps.iter().map(|map| scale_end(map)).fold(0.0, f64::max);
-    for (contender, map) in contenders.iter().zip(&maps) {
+    for ((contender, _), map) in trees.iter().zip(&maps) {
         if missing(rows, &contender.name) {
             let place = stage.plan.contenders.iter().position(|c| c.name == contender.name).unwrap_or(0) + 1;
             let png = heat_map(size[0] as usize, map, "ns a ray", end).png().map_err(PictureError::from)?;

@@ -4,6 +4,7 @@ use super::images;
 use super::rows::Order;
 use crate::abi::{Aabb, Ray};
 use crate::bvh::{Fit, Recipe};
+use crate::ray_query::TriangleOrder;
 use crate::scene::Transform;
 use crate::trace::rays::{Aimed, Light, Secondary};
 use crate::trace::{BATCH, Precision, Query, RayOrder};
@@ -132,15 +133,31 @@ impl Coverage {
     }
 }
 
-/// A builder of the benchmark: a recipe and its name.
+/// Who builds a contender's tree, and traces it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Maker {
+    /// Boxwood, by a recipe.
+    Boxwood(Recipe),
+    /// The device's driver, given triangles in some order.
+    Driver(TriangleOrder),
+}
+
+/// A builder of the benchmark.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contender {
-    /// As `--builders` takes it.
+    /// As `--builders` takes it; of a driver's structure [`TriangleOrder::name`].
     pub name: String,
     /// How it builds.
-    pub recipe: Recipe,
-    /// Which triangle test its rays take.
+    pub maker: Maker,
+    /// Which triangle test its rays take, where that is boxwood's to say.
     pub precision: Precision,
+}
+
+impl Contender {
+    /// Whether it has axis-aligned boxes alone, as far as anybody can tell.
+    fn is_aligned(&self) -> bool {
+        matches!(&self.maker, Maker::Boxwood(recipe) if recipe.fit == Fit::Aabb)
+    }
 }
 
 /// Pictures whose error is measured.
@@ -292,15 +309,17 @@ impl Plan {
                 keys.extend(contenders.iter().map(|c| key(c, Some((view, set.to_string())))));
             }
         }
-        if let (Some(images), Some(first)) = (&self.images, contenders.first()) {
+        let own: Vec<&Contender> =
+            contenders.iter().filter(|c| matches!(c.maker, Maker::Boxwood(_))).collect();
+        if let (Some(images), Some(first)) = (&self.images, own.first()) {
             let of = |[shows, sampler]: [&str; 2]| {
                 let image = |n: &u32| Key::image(scene, &first.name, shows, sampler, *n);
                 images.samples.iter().map(image).collect::<Vec<_>>()
             };
             keys.extend(images::kinds().flat_map(of));
         }
-        if self.pictures.is_some() && !contenders.is_empty() {
-            let names = contenders.iter().map(|c| c.name.as_str());
+        if self.pictures.is_some() && !own.is_empty() {
+            let names = own.iter().map(|c| c.name.as_str());
             keys.extend(std::iter::once("").chain(names).map(|name| Key::picture(scene, name)));
         }
         keys
@@ -308,7 +327,7 @@ impl Plan {
 
     /// Of the rows that it makes.
     pub fn order(&self) -> Order {
-        let plain = self.contenders.iter().find(|c| c.recipe.fit == Fit::Aabb);
+        let plain = self.contenders.iter().find(|c| c.is_aligned());
         Order {
             scenes: self.scenes.clone(),
             builders: self.contenders.iter().map(|c| c.name.clone()).collect(),

@@ -6,6 +6,7 @@ use super::pictures::PictureRow;
 use super::plan::Key;
 use super::{Costs, KernelTime, Plan, Spread, TestTotals};
 use crate::device::DeviceInfo;
+use crate::kernels::RAY_QUERY_TRACE;
 use crate::oracle::compare::{Quantiles, Verdict};
 use crate::oracle::excess::Excess;
 use crate::oracle::mixed::Mixed;
@@ -95,6 +96,19 @@ pub struct BuildRow {
     pub bvh_bytes: u64,
     /// Most memory held beside scene and tree while building, bytes.
     pub scratch_bytes: u64,
+    /// What the tree is like; none of a driver's, which nobody can look at.
+    #[serde(flatten)]
+    pub survey: Option<Survey>,
+    /// Build time by kernel, of one run with a stamp a kernel.
+    pub kernels: Vec<KernelTime>,
+    /// What the build did and what it skipped, a sentence each.
+    #[serde(default)]
+    pub explain: Vec<String>,
+}
+
+/// What is known of a tree that can be looked at.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Survey {
     /// What the tree is like.
     pub tree: Stats,
     /// How good it is beside its SAH cost.
@@ -109,11 +123,6 @@ pub struct BuildRow {
     pub excess: Option<Excess>,
     /// SHA-256 of the tree.
     pub tree_hash: String,
-    /// Build time by kernel, of one run with a stamp a kernel.
-    pub kernels: Vec<KernelTime>,
-    /// What the build did and what it skipped, a sentence each.
-    #[serde(default)]
-    pub explain: Vec<String>,
 }
 
 /// A set of rays, traced through a tree.
@@ -131,8 +140,9 @@ pub struct RayRow {
     pub kernel: String,
     /// Whether they were sorted first; times have the sort in them.
     pub sorted: bool,
-    /// Through which boxes, of a tree that keeps both: `mixed`, `axis-aligned`.
-    pub boxes: String,
+    /// Through which boxes, of a tree that keeps both: `mixed`, `axis-aligned`; none of a driver's.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub boxes: Option<String>,
     /// With which triangle test: `robust`, `fast`.
     #[serde(default)]
     pub precision: String,
@@ -142,10 +152,12 @@ pub struct RayRow {
     pub hits: usize,
     /// Device time, ms.
     pub trace_ms: Spread,
-    /// Tests of each ray walking alone, of all rays.
-    pub tests: TestTotals,
+    /// Tests of each ray walking alone, of all rays; none of a driver's traversal, which counts none.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub tests: Option<TestTotals>,
     /// What those of a ray cost in the mean, ns: by [`Header::costs`].
-    pub cost_per_ray: f64,
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub cost_per_ray: Option<f64>,
     /// Time by kernel, of one run with a stamp a kernel.
     pub kernels: Vec<KernelTime>,
     /// Hits against the reference, on a sample of the rays.
@@ -154,6 +166,11 @@ pub struct RayRow {
 }
 
 impl BuildRow {
+    /// How much larger its boxes are than they need be, where that was asked for.
+    pub fn excess(&self) -> Option<&Excess> {
+        self.survey.as_ref()?.excess.as_ref()
+    }
+
     /// What it is about.
     pub fn key(&self) -> Key {
         Key { scene: self.scene.clone(), builder: self.builder.clone(), rays: None }
@@ -165,6 +182,11 @@ impl RayRow {
     pub fn key(&self) -> Key {
         let rays = Some((self.view, self.set.clone()));
         Key { scene: self.scene.clone(), builder: self.builder.clone(), rays }
+    }
+
+    /// Whether a driver traced them, whose faults are not boxwood's.
+    pub fn is_drivers(&self) -> bool {
+        self.kernel == RAY_QUERY_TRACE.name
     }
 
     /// Millions of rays a second.
@@ -555,12 +577,14 @@ mod tests {
             build_wall_ms: Spread::of(&[0.7]),
             bvh_bytes: 1,
             scratch_bytes: 2,
-            tree: Stats { sah: 1.0 / 3.0, area_by_level: vec![1.0, 0.1 + 0.2], ..Stats::default() },
-            quality: Quality { epo: 0.7, ..Quality::default() },
-            tight: Tightness { cost: 0.1 + 0.2, ..Tightness::default() },
-            mixed: Some(Mixed { cost: 1.0 / 3.0, aabb_cost: 0.7 }),
-            excess: None,
-            tree_hash: "ff".into(),
+            survey: Some(Survey {
+                tree: Stats { sah: 1.0 / 3.0, area_by_level: vec![1.0, 0.1 + 0.2], ..Stats::default() },
+                quality: Quality { epo: 0.7, ..Quality::default() },
+                tight: Tightness { cost: 0.1 + 0.2, ..Tightness::default() },
+                mixed: Some(Mixed { cost: 1.0 / 3.0, aabb_cost: 0.7 }),
+                excess: None,
+                tree_hash: "ff".into(),
+            }),
             kernels: vec![KernelTime { name: "a/b".into(), count: 1, ms: 0.1 }],
             explain: vec!["said".into()],
         }
@@ -610,7 +634,7 @@ mod tests {
         let error = Rows::resume(&path, &header("x")).unwrap_err().to_string();
         assert!(error.contains("its commit is c, and here it is x"), "{error}");
         let text = fs::read_to_string(&path).unwrap();
-        fs::write(&path, text.replace("tree_hash", "tree_rash")).unwrap();
+        fs::write(&path, text.replace("bvh_bytes", "bvh_bites")).unwrap();
         assert!(Rows::resume(&path, &header("c")).unwrap_err().to_string().contains("line 2"));
         assert_eq!(Rows::create(&path, &header("c")).unwrap().count(), 0);
         assert!(dir.path().join("rows.jsonl.old").exists());

@@ -102,6 +102,19 @@ pub struct Stages {
     pub firsts: Vec<u32>,
 }
 
+/// Triangles along the Morton curve.
+#[derive(Debug)]
+pub struct Ordered {
+    /// Input indices; those that can't be hit come last.
+    pub triangles: Buffer<u32>,
+    /// Triangles that can be hit.
+    pub count: u32,
+    /// Device times of all submits.
+    pub times: Times,
+    /// What was done and what was skipped, a sentence each.
+    pub explain: Vec<String>,
+}
+
 /// State of a build: where passes are recorded to, and what has been learnt.
 struct Build<'a> {
     device: &'a Arc<Device>,
@@ -348,6 +361,20 @@ fn orient(build: &mut Build<'_>, bvh: &mut Bvh) -> Result<()> {
         bvh.axis_aligned = None;
     }
     Ok(())
+}
+
+/// The triangles of `scene` in the order in which builders take them by default.
+///
+/// # Errors
+/// [`BuildError::Device`].
+pub fn morton_order(device: &Arc<Device>, scene: &SceneBuffers, timing: Timing) -> Result<Ordered> {
+    let recipe = &Recipe::default();
+    let (times, explain) = (Times::default(), vec![]);
+    let before = device.memory_in_use();
+    let mut build = Build { device, scene, recipe, timing, times, explain, before, peak_before_tree: 0 };
+    let (order, _) = in_morton_order(&mut build, None)?;
+    let Build { times, explain, .. } = build;
+    Ok(Ordered { triangles: order.triangles, count: order.count, times, explain })
 }
 
 /// The triangles by their codes.

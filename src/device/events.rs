@@ -76,9 +76,16 @@ pub enum Work {
     },
     /// A fill, an update or a copy.
     Transfer,
+    /// What only the driver knows: the build of a structure of its own.
+    Driver,
 }
 
 impl Work {
+    /// Whether it is a kernel's.
+    pub(super) fn is_dispatch(self) -> bool {
+        matches!(self, Self::Groups { .. } | Self::Indirect { .. })
+    }
+
     pub(super) fn groups([x, y]: [u32; 2], constants: &[(u32, u32)]) -> Self {
         Self::Groups { groups: u64::from(x) * u64::from(y), size: workgroup(constants) }
     }
@@ -91,7 +98,7 @@ impl Work {
     pub fn invocations(self) -> Option<u64> {
         match self {
             Self::Groups { groups, size } => Some(groups * u64::from(size)),
-            Self::Indirect { .. } | Self::Transfer => None,
+            Self::Indirect { .. } | Self::Transfer | Self::Driver => None,
         }
     }
 }

@@ -2,6 +2,7 @@
 //! The one room where `unsafe` is allowed: each block holds one call and says why it is sound.
 #![allow(unsafe_code)]
 
+mod acceleration;
 mod buffer;
 mod error;
 mod events;
@@ -11,6 +12,7 @@ mod select;
 mod shape;
 mod times;
 
+pub use acceleration::{Acceleration, Triangles};
 pub use buffer::Buffer;
 pub use error::{DeviceError, Result};
 pub use events::{Event, HostWork, Submit, Traffic, Work};
@@ -51,6 +53,8 @@ pub struct Options {
     pub validation: Validation,
     /// Use no 64-bit integers and floats, even where the device has them: for tests.
     pub narrow: bool,
+    /// Use no ray queries, even where the device has them: for tests.
+    pub without_ray_query: bool,
     /// Kernel shapes; none: those that suit the device. Results don't depend on them, which tests check by this.
     pub shape: Option<Shape>,
 }
@@ -88,6 +92,8 @@ pub struct Device {
     labels: Option<ash::ext::debug_utils::Device>,
     /// Where the device tells its clock's time.
     calibrated: Option<ash::ext::calibrated_timestamps::Device>,
+    /// Where there are ray queries.
+    structures: Option<ash::khr::acceleration_structure::Device>,
     physical: vk::PhysicalDevice,
     queue: Mutex<vk::Queue>,
     allocator: ManuallyDrop<Mutex<ga::Allocator>>,
@@ -96,6 +102,8 @@ pub struct Device {
     recorders: AtomicUsize,
     /// Buffers dropped while there were such recorders: spare with the last of them.
     dropped: Mutex<Vec<buffer::Memory>>,
+    /// Likewise, the driver's acceleration structures.
+    dropped_structures: Mutex<Vec<vk::AccelerationStructureKHR>>,
     /// Buffers to use again: fresh memory costs page faults at each build.
     spare: Mutex<Vec<buffer::Memory>>,
     /// Bytes of all live buffers, and the most there were since [`Device::track_memory`].
@@ -259,11 +267,21 @@ impl Device {
         if calibrated {
             extensions.push(vk::EXT_CALIBRATED_TIMESTAMPS_NAME.as_ptr());
         }
-        let create = vk::DeviceCreateInfo::default()
+        let ray_query = info.ray_query.is_some() && !options.without_ray_query;
+        let mut structures =
+            vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default().acceleration_structure(true);
+        let mut queries = vk::PhysicalDeviceRayQueryFeaturesKHR::default().ray_query(true);
+        if ray_query {
+            extensions.extend(acceleration::EXTENSIONS.map(CStr::as_ptr));
+        }
+        let mut create = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
             .enabled_extension_names(&extensions)
             .enabled_features(&core)
             .push_next(&mut v12);
+        if ray_query {
+            create = create.push_next(&mut structures).push_next(&mut queries);
+        }
         // SAFETY: the features and extensions asked for were found present by `inspect`.
         let raw = unsafe { instance.raw.create_device(physical, &create, None) }.context("vkCreateDevice")?;
         // SAFETY: one queue of this family was asked for.
@@ -281,6 +299,8 @@ impl Device {
             bytes: 0,
             source,
         })?;
+        let structures =
+            ray_query.then(|| ash::khr::acceleration_structure::Device::new(&instance.raw, &raw));
         let labels = instance.labels.then(|| ash::ext::debug_utils::Device::new(&instance.raw, &raw));
         let calibrated =
             calibrated.then(|| ash::ext::calibrated_timestamps::Device::new(&instance.raw, &raw));
@@ -291,12 +311,14 @@ impl Device {
             raw,
             labels,
             calibrated,
+            structures,
             physical,
             queue: Mutex::new(queue),
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
             pipelines: Mutex::default(),
             recorders: AtomicUsize::new(0),
             dropped: Mutex::default(),
+            dropped_structures: Mutex::default(),
             spare: Mutex::default(),
             in_use: AtomicU64::new(0),
             peak: AtomicU64::new(0),
@@ -343,6 +365,7 @@ impl Device {
 
     /// Makes dropped buffers spare. Only where no recorder is left.
     fn bury(&self) {
+        self.bury_structures();
         let dropped: Vec<_> = lock(&self.dropped).drain(..).collect();
         self.in_use.fetch_sub(dropped.iter().map(|m| m.bytes).sum(), Ordering::Relaxed);
         let mut spare = lock(&self.spare);
@@ -356,10 +379,15 @@ impl Device {
         }
     }
 
-    /// A spare buffer of just this size and kind of memory.
-    fn take_spare(&self, bytes: u64, location: gpu_allocator::MemoryLocation) -> Option<buffer::Memory> {
+    /// A spare buffer of just this size, kind of memory and usage.
+    fn take_spare(
+        &self,
+        bytes: u64,
+        location: gpu_allocator::MemoryLocation,
+        usage: vk::BufferUsageFlags,
+    ) -> Option<buffer::Memory> {
         let mut spare = lock(&self.spare);
-        let at = spare.iter().rposition(|m| m.bytes == bytes && m.location == location)?;
+        let at = spare.iter().rposition(|m| (m.bytes, m.location, m.usage) == (bytes, location, usage))?;
         Some(spare.remove(at))
     }
 

@@ -21,7 +21,7 @@ const STAMPS: u32 = 4096;
 pub struct Recorder {
     device: Arc<Device>,
     pool: vk::CommandPool,
-    commands: vk::CommandBuffer,
+    pub(super) commands: vk::CommandBuffer,
     fence: vk::Fence,
     queries: Option<vk::QueryPool>,
     statistics: Option<Statistics>,
@@ -154,10 +154,24 @@ impl Recorder {
         }
     }
 
-    fn after_pass(&mut self, name: &'static str) {
+    /// Ends a dispatch.
+    fn after_dispatch(&mut self, name: &'static str) {
         if let Some(statistics) = &self.statistics {
             statistics.end(&self.device, self.commands, self.passes.len());
         }
+        self.after_pass(name);
+        self.unlabel();
+    }
+
+    /// Ends a pass that is the driver's own work, of which it alone knows what it moves.
+    pub(super) fn after_drivers_pass(&mut self, name: &'static str) {
+        if self.timing.sees_all() {
+            self.seen.push((Work::Driver, Traffic::default()));
+        }
+        self.after_pass(name);
+    }
+
+    fn after_pass(&mut self, name: &'static str) {
         self.passes.push(name);
         let done = self.passes.len();
         if !self.overlapping {
@@ -198,8 +212,7 @@ impl Recorder {
         self.bind(kernel, constants, &args, Work::groups([x, y], constants))?;
         // SAFETY: a pipeline is bound with all it needs; each count is within Vulkan's least limit of 65535.
         unsafe { self.device.raw.cmd_dispatch(self.commands, x, y, 1) };
-        self.after_pass(kernel.name);
-        self.unlabel();
+        self.after_dispatch(kernel.name);
         Ok(())
     }
 
@@ -218,8 +231,7 @@ impl Recorder {
         self.bind(kernel, constants, &args, Work::indirect(constants))?;
         // SAFETY: a pipeline is bound with all it needs; the counts are the kernels' own, within limits.
         unsafe { self.device.raw.cmd_dispatch_indirect(self.commands, counts.memory.raw, offset as u64) };
-        self.after_pass(kernel.name);
-        self.unlabel();
+        self.after_dispatch(kernel.name);
         Ok(())
     }
 
@@ -285,9 +297,12 @@ impl Recorder {
 
     /// Writes a few elements to the start of `buffer`: at most 64 KiB, from the command buffer itself.
     pub fn update<T: bytemuck::NoUninit>(&mut self, buffer: &Buffer<T>, elements: &[T]) {
-        let bytes: &[u8] = bytemuck::cast_slice(elements);
-        // SAFETY: recording; a multiple of 4 bytes, below 64 KiB, within the buffer.
-        unsafe { self.device.raw.cmd_update_buffer(self.commands, buffer.memory.raw, 0, bytes) };
+        self.update_bytes(&buffer.memory, 0, bytemuck::cast_slice(elements));
+    }
+
+    pub(super) fn update_bytes(&mut self, to: &Allocated, at: u64, bytes: &[u8]) {
+        // SAFETY: recording; multiples of 4 bytes, below 64 KiB, within the buffer.
+        unsafe { self.device.raw.cmd_update_buffer(self.commands, to.raw, at, bytes) };
         self.after_transfer("update", Traffic { read: 0, written: bytes.len() as u64 });
     }
 
@@ -416,7 +431,7 @@ impl Recorder {
         for (i, t) in ticks.windows(2).enumerate() {
             let (work, traffic) = self.seen[i];
             let invocations = match &self.statistics {
-                Some(statistics) if work != Work::Transfer => statistics.read(&self.device, i)?,
+                Some(statistics) if work.is_dispatch() => statistics.read(&self.device, i)?,
                 _ => None,
             };
             events.push(Event {

@@ -144,7 +144,7 @@ impl Line {
                 }
                 args.insert("workgroup_size".into(), size.into());
             }
-            Work::Transfer => {}
+            Work::Transfer | Work::Driver => {}
         }
         if let Some(n) = event.invocations {
             args.insert("invocations".into(), n.into());

@@ -28,7 +28,9 @@ struct Run {
     tables: Vec<Titled>,
     /// What is wrong with hits.
     faults: Vec<String>,
-    /// Hits judged.
+    /// Likewise, with those of the driver's traversal.
+    drivers_faults: Vec<String>,
+    /// Hits of boxwood that were judged.
     checked: usize,
 }
 
@@ -130,7 +132,8 @@ fn run(report: &Report) -> Result<Run> {
         .filter(|t| !t.table.rows.is_empty())
         .collect(),
         faults: report.faults(),
-        checked: sets.iter().filter(|v| !v.is_fast()).map(|v| v.check.rays).sum(),
+        drivers_faults: report.drivers_faults(),
+        checked: report.checked(),
     })
 }
 
@@ -199,21 +202,22 @@ fn rates(sets: &[&Views]) -> Result<Plot> {
 
 fn tests(sets: &[&Views]) -> Result<Plot> {
     let bar = |v: &&Views| {
-        let n = v.rays.max(1) as f64;
-        let parts = [v.tests.boxes, v.tests.oriented, v.tests.triangles].map(|t| t as f64 / n);
-        Bar { label: label(v), parts: parts.into(), range: None }
+        let (n, tests) = (v.rays.max(1) as f64, v.tests?);
+        let parts = [tests.boxes, tests.oriented, tests.triangles].map(|t| t as f64 / n);
+        Some(Bar { label: label(v), parts: parts.into(), range: None })
     };
-    let rows: Vec<Bar> = sets.iter().map(bar).collect();
+    let rows: Vec<Bar> = sets.iter().filter_map(bar).collect();
     let names = ["axis-aligned boxes", "oriented boxes", "triangles"].map(str::to_owned);
     bars("Tests of a ray that walks alone", "tests a ray", &names, &rows)
 }
 
 fn levels(builds: &[&BuildRow]) -> Result<Plot> {
-    let of = |b: &&BuildRow| Series {
-        name: b.builder.clone(),
-        points: b.tree.area_by_level.iter().enumerate().map(|(i, a)| [i as f64, *a]).collect(),
+    let of = |b: &&BuildRow| {
+        let areas = &b.survey.as_ref()?.tree.area_by_level;
+        let points = areas.iter().enumerate().map(|(i, a)| [i as f64, *a]).collect();
+        Some(Series { name: b.builder.clone(), points })
     };
-    let series: Vec<Series> = builds.iter().map(of).collect();
+    let series: Vec<Series> = builds.iter().filter_map(of).collect();
     let units = ["level, the root's is 0", "area over the scene's"];
     curves("Area of nodes and leaves by level", units, &series)
 }
@@ -227,7 +231,8 @@ fn predicted(report: &Report, sets: &[Views]) -> Result<Plot> {
         else {
             continue;
         };
-        let point = [build.tight.cost, v.trace_ms.median * 1e6 / v.rays.max(1) as f64];
+        let Some(survey) = &build.survey else { continue };
+        let point = [survey.tight.cost, v.trace_ms.median * 1e6 / v.rays.max(1) as f64];
         match series.iter_mut().find(|s| s.name == v.builder) {
             Some(s) => s.points.push(point),
             None => series.push(Series { name: v.builder.to_owned(), points: vec![point] }),

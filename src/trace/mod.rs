@@ -210,7 +210,7 @@ impl Batch {
     }
 
     /// Records the sort of the rays; their order.
-    fn sort(&self, rec: &mut Recorder) -> Result<Ptr<u32>> {
+    pub(crate) fn sort(&self, rec: &mut Recorder) -> Result<Ptr<u32>> {
         let mut raysort = self.raysort.lock().unwrap_or_else(PoisonError::into_inner);
         let raysort = match &mut *raysort {
             Some(r) if r.capacity() >= self.count => r,

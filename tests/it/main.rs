@@ -28,6 +28,7 @@ mod orientation;
 mod ploc;
 mod profile;
 mod quality;
+mod ray_query;
 mod rays;
 mod raysort;
 mod recut;

@@ -21,7 +21,7 @@ fn results(racers: &[(&str, f64, [f64; 3])]) -> Results {
         set: "diffuse".into(),
         rays: 1_000_000,
         trace_ms: spread(*ms),
-        tests: TestTotals { boxes: 1_000_000 * name.len() as u64, ..TestTotals::default() },
+        tests: Some(TestTotals { boxes: 1_000_000 * name.len() as u64, ..TestTotals::default() }),
         ..RayRow::default()
     };
     Results {
