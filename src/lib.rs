@@ -18,10 +18,15 @@
 //! | [`device`] | Vulkan: selection, buffers, pipelines, recorded passes, times; knows no trees |
 //! | [`bvh`] | records a build; knows no files |
 //! | [`trace`] | rays and their hits |
+//! | [`ray_query`] | the driver's own structures and their traversal, to compare with |
 //! | [`oracle`] | CPU twins of the kernels, and an f64 reference that they and the device answer to |
+//! | [`picture`] | pictures of scenes, and of what their rays cost |
 //! | [`bench`](mod@bench) | warm-up, repeats, medians, rows |
+//! | [`profile`](mod@profile) | time, bytes and active lanes by kernel; a timeline |
 //! | [`report`] | the rows of a benchmark as a page; knows no device |
 //! | [`cli`] | the command line; knows everything, nothing knows it |
+//!
+//! How to add a builder stands in [`bvh`], how to read what is measured in [`bench`](mod@bench).
 //!
 //! A stage has one name in four places: `src/bvh/ploc.rs` records it, `glsl/ploc/*.comp` compute it,
 //! `src/oracle/ploc.rs` defines it, `tests/it/ploc.rs` compares. Kernel `ploc/search` is its file, its constant
@@ -80,6 +85,9 @@ pub mod cli;
 pub mod device;
 pub mod kernels;
 pub mod oracle;
+pub mod picture;
+pub mod profile;
+pub mod ray_query;
 pub mod report;
 pub mod scene;
 pub mod trace;

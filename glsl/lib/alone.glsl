@@ -1,5 +1,5 @@
 // One invocation a ray, while-while [AILA09]. Wants descend(), lib/visit.glsl and what lib/ray.glsl wants; the buffers
-// rays, hits, tests.
+// rays, hits, tests, steps.
 void main() {
     uint ray = first_ray(1);
     if (ray >= args.count) return;
@@ -7,6 +7,7 @@ void main() {
     Setup s = prepare(LOAD_Ray(rays, ray));
     Nearest nearest = Nearest(s.t_max, INVALID, vec2(0.0));
     Tests tests = Tests(0, 0, 0, 0);
+    steps = Steps(0, 0, 0, 0);
     uint node = s.valid ? args.root : INVALID;
     while (node != INVALID) {
         while (node < LEAF_BIT) node = descend(node, s, nearest, tests);
@@ -16,4 +17,5 @@ void main() {
     Hit hit = hit_of(s, nearest);
     STORE_Hit(hits, ray, hit)
     if (COUNT != 0) STORE_Tests(tests, ray, tests)
+    if (STEPS != 0) STORE_Steps(steps, ray, steps)
 }

@@ -43,6 +43,7 @@ int meet_either(Setup s, Obb b, bool aligned, float t_max) {
 uint descend(uint node, inout Setup s, Nearest nearest, inout Tests tests) {
     uvec2 children;
     ivec2 keys;
+    if (STEPS != 0) count_node(true);
     if (LAYOUT == LAYOUT_OBB || (LAYOUT == LAYOUT_MIXED && (node & OBB_BIT) != 0u)) {
         ObbNode n = LOAD_ObbNode(obbs, node & ~OBB_BIT);
         children = n.children;

@@ -21,8 +21,7 @@ const float PAD_ORIENTED = 64.0 / 16777216.0;
 const float LEAST_DIRECTION = 1.0 / 1099511627776.0;
 
 #include "lib/finite.glsl"
-
-layout(constant_id = SPEC_ORDERED) const uint ORDERED = 0;
+#include "lib/turn.glsl"
 
 struct Setup {
     vec3 origin;      // unit scale, not moved; in the order of axes
@@ -105,18 +104,3 @@ Setup prepare(Ray ray) {
     s.shear = shear;
     return s;
 }
-
-// The first ray of this invocation, of `items` a workgroup apart. Software drivers hand each thread one run of
-// workgroups; dealing them out in turn instead (args.threads > 1) evens out the threads' work.
-uint first_ray(uint items) {
-    uint group = group_index();
-    if (args.threads > 1) {
-        uint groups = (args.count + items * WG - 1) / (items * WG);
-        uint share = (groups + args.threads - 1) / args.threads;
-        group = (group % share) * args.threads + group / share;
-    }
-    return group * items * WG + gl_LocalInvocationID.x;
-}
-
-// Which ray the i-th is, where they are taken in an order of their own.
-uint ray_at(uint i) { return ORDERED != 0 ? P(order).at[i] : i; }

@@ -3,6 +3,7 @@
 #include "lib/node.glsl"
 #include "lib/stack.glsl"
 #include "lib/hit.glsl"
+#include "lib/steps.glsl"
 
 // The next child that is not beyond t; INVALID where there is none.
 uint pop_within(float t) {
@@ -20,6 +21,7 @@ bool meet_triangles(uint leaf, Setup s, inout Nearest nearest, inout Tests tests
     bool done = false;
     for (; place < end && !done; ++place) {
         if (COUNT != 0) tests.triangles += 1;
+        if (STEPS != 0) count_triangle(true);
         PackedTriangle triangle = LOAD_PackedTriangle(triangles, place);
         done = meet_triangle(s, triangle, nearest);
     }

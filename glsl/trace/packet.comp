@@ -5,6 +5,7 @@
 #include "lib/node.glsl"
 #include "lib/hit.glsl"
 #include "lib/packet.glsl"
+#include "lib/steps.glsl"
 
 layout(constant_id = SPEC_STACK) const uint STACK = 64;
 
@@ -16,6 +17,7 @@ void main() {
     bool active_ray = in_range && s.valid;
     Nearest nearest = Nearest(active_ray ? s.t_max : uintBitsToFloat(0xff800000u), INVALID, vec2(0.0));
     Tests tests = Tests(0, 0, 0, 0);
+    steps = Steps(0, 0, 0, 0);
 
     // Without the t where a child is entered: to keep it costs a packet more than it saves.
     uint stack[STACK];
@@ -27,6 +29,8 @@ void main() {
             if (in_frame(n)) turn(s, n.frame);
             ivec4 keys = meet_children(s, n, nearest.t);
             if (COUNT != 0 && active_ray) count_boxes(tests, n);
+            // Rays that meet none of the children are carried along.
+            if (STEPS != 0 && active_ray) count_node(any(lessThan(keys, ivec4(MISSED))));
             // The child that some ray meets first goes first.
             [[unroll]] for (int k = 0; k < WIDTH; ++k) keys[k] = subgroupMin(keys[k]);
             keys = sorted(keys);
@@ -41,6 +45,7 @@ void main() {
             for (; place < end; ++place) {
                 bool wanted = active_ray && (ANY == 0 || nearest.triangle == INVALID);
                 if (COUNT != 0 && wanted) tests.triangles += 1;
+                if (STEPS != 0 && active_ray) count_triangle(wanted);
                 PackedTriangle triangle = shared_triangle(place);
                 if (wanted) meet_triangle(s, triangle, nearest);
             }
@@ -56,5 +61,6 @@ void main() {
         Hit hit = hit_of(s, nearest);
         STORE_Hit(hits, ray, hit)
         if (COUNT != 0) STORE_Tests(tests, ray, tests)
+        if (STEPS != 0) STORE_Steps(steps, ray, steps)
     }
 }

@@ -22,6 +22,7 @@ void main() {
             s = prepare(LOAD_Ray(rays, ray));
             nearest = Nearest(s.t_max, INVALID, vec2(0.0));
             tests = Tests(0, 0, 0, 0);
+            steps = Steps(0, 0, 0, 0);
             top = 0;
             node = s.valid ? args.root : INVALID;
         }
@@ -34,6 +35,7 @@ void main() {
             Hit hit = hit_of(s, nearest);
             STORE_Hit(hits, ray, hit)
             if (COUNT != 0) STORE_Tests(tests, ray, tests)
+            if (STEPS != 0) STORE_Steps(steps, ray, steps)
             ray = INVALID;
         }
     }

@@ -89,4 +89,6 @@ constants! {
     SPEC_DIRECTIONS = 14;
     /// Layout of a binary tree's nodes.
     SPEC_LAYOUT = 15;
+    /// 1: count the steps of subgroups.
+    SPEC_STEPS = 16;
 }

@@ -221,6 +221,17 @@ abi! {
         /// 0: a whole number of pairs.
         pad: u32,
     }
+    /// What one ray has part in, and of that what it alone counts for its subgroup: see `glsl/lib/steps.glsl`.
+    struct Steps {
+        /// Nodes visited; of a packet, those of which the ray meets a child.
+        nodes: u32,
+        /// Nodes counted for the subgroup.
+        node_steps: u32,
+        /// Triangles tested.
+        triangles: u32,
+        /// Triangles counted for the subgroup.
+        triangle_steps: u32,
+    }
     /// Where a primary ray met the scene, made ready for secondary rays.
     struct Surface {
         /// Hit point, off the triangle by a bound on its rounding.

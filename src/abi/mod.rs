@@ -141,6 +141,7 @@ pub const PAIRS: &[&str] = &[
     "Range",
     "PackedTriangle",
     "Tests",
+    "Steps",
     "Surface",
 ];
 
@@ -154,5 +155,5 @@ pub use elements::*;
 
 /// Every shared struct, element types before the arguments that name them.
 pub fn structs() -> impl Iterator<Item = &'static Struct> {
-    [ELEMENTS, ORDER, BINARY, PACKED, BOXES, TRACE, RAYS].into_iter().flatten()
+    [ELEMENTS, ORDER, BINARY, PACKED, BOXES, TRACE, RAYS, RAY_QUERY].into_iter().flatten()
 }

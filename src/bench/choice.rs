@@ -101,21 +101,36 @@ pub(super) fn fastest_walk(
     options: Options,
     orders: &[RayOrder],
 ) -> Result<Choice> {
-    let all = batch.count;
-    let rays = if orders.len() > 1 { all.min(SAMPLE) } else { all };
     let mut trials = vec![];
     for &boxes in Boxes::of(bvh) {
         for &walk in Walk::all(device) {
             trials.extend(orders.iter().map(|&order| Trial { walk, order, boxes, ms: f64::INFINITY }));
         }
     }
+    let run = |batch: &Batch, options| Ok(trace(device, bvh, batch, options, Timing::Outer)?.device_ms);
+    fastest(trials, batch, options, orders, &run)
+}
+
+/// Traces a batch with options: how long that took, ms.
+type Run<'r> = &'r dyn Fn(&Batch, Options) -> Result<f64>;
+
+/// As [`fastest_walk`], of `trials` that `run` makes.
+pub(super) fn fastest(
+    trials: Vec<Trial>,
+    batch: &mut Batch,
+    options: Options,
+    orders: &[RayOrder],
+    run: Run,
+) -> Result<Choice> {
+    let all = batch.count;
+    let rays = if orders.len() > 1 { all.min(SAMPLE) } else { all };
     let mut choice = Choice { options, rays, trials };
     batch.count = rays.min(WARM_UP);
-    let mut tried = try_all(device, bvh, batch, options, &mut choice.trials, 1);
+    let mut tried = try_all(run, batch, options, &mut choice.trials, 1);
     if tried.is_ok() {
         batch.count = rays;
         choice.trials.iter_mut().for_each(|t| t.ms = f64::INFINITY);
-        tried = try_all(device, bvh, batch, options, &mut choice.trials, ROUNDS);
+        tried = try_all(run, batch, options, &mut choice.trials, ROUNDS);
     }
     batch.count = all;
     tried?;
@@ -124,19 +139,12 @@ pub(super) fn fastest_walk(
 }
 
 /// Runs all `trials` in turn, and those with hope again.
-fn try_all(
-    device: &Arc<Device>,
-    bvh: &Bvh,
-    batch: &Batch,
-    options: Options,
-    trials: &mut [Trial],
-    rounds: usize,
-) -> Result<()> {
+fn try_all(run: Run, batch: &Batch, options: Options, trials: &mut [Trial], rounds: usize) -> Result<()> {
     for _ in 0..rounds {
         let hope = HOPELESS * trials.iter().map(|t| t.ms).fold(f64::INFINITY, f64::min);
         for trial in trials.iter_mut().filter(|t| t.ms == f64::INFINITY || t.ms <= hope) {
             let options = Options { walk: trial.walk, order: trial.order, boxes: trial.boxes, ..options };
-            trial.ms = trial.ms.min(trace(device, bvh, batch, options, Timing::Outer)?.device_ms);
+            trial.ms = trial.ms.min(run(batch, options)?);
         }
     }
     Ok(())

@@ -104,24 +104,25 @@ pub fn compare(first: &Results, second: &Results) -> Comparison {
     Comparison { ratios, only_first, only_second }
 }
 
-fn of_builds(a: &BuildRow, b: &BuildRow) -> [Ratio; 3] {
+fn of_builds(a: &BuildRow, b: &BuildRow) -> impl Iterator<Item = Ratio> {
+    let sah = a.survey.as_ref().zip(b.survey.as_ref()).map(|(a, b)| [a.tree.sah, b.tree.sah]);
     [
-        of_times(a.key(), Quantity::Build, 1.0, [&a.build_ms, &b.build_ms]),
-        of_counts(a.key(), Quantity::Sah, [a.tree.sah, b.tree.sah]),
-        of_counts(a.key(), Quantity::Bytes, [a.bvh_bytes as f64, b.bvh_bytes as f64]),
+        Some(of_times(a.key(), Quantity::Build, 1.0, [&a.build_ms, &b.build_ms])),
+        sah.map(|sah| of_counts(a.key(), Quantity::Sah, sah)),
+        Some(of_counts(a.key(), Quantity::Bytes, [a.bvh_bytes as f64, b.bvh_bytes as f64])),
     ]
+    .into_iter()
+    .flatten()
 }
 
-fn of_rays(a: &RayRow, b: &RayRow, costs: Costs) -> Vec<Ratio> {
-    let tests = [a, b].map(|r| costs.per_ray(&r.tests, r.rays));
+fn of_rays(a: &RayRow, b: &RayRow, costs: Costs) -> impl Iterator<Item = Ratio> {
+    let cost = |r: &RayRow| r.tests.map(|t| costs.per_ray(&t, r.rays));
+    let tests = cost(a).zip(cost(b)).map(|(x, y)| of_counts(a.key(), Quantity::Tests, [x, y]));
     let time = of_times(a.key(), Quantity::Trace, 1e6 / a.rays.max(1) as f64, [&a.trace_ms, &b.trace_ms]);
     let faults = a.check.as_ref().zip(b.check.as_ref());
     let faults = faults.map(|(a, b)| [a.faults as f64, b.faults as f64]);
-    [Some(time), Some(of_counts(a.key(), Quantity::Tests, tests))]
-        .into_iter()
-        .chain([faults.map(|faults| of_counts(a.key(), Quantity::Faults, faults))])
-        .flatten()
-        .collect()
+    let faults = faults.map(|faults| of_counts(a.key(), Quantity::Faults, faults));
+    [Some(time), tests, faults].into_iter().flatten()
 }
 
 fn over(second: f64, first: f64) -> f64 {
@@ -150,7 +151,7 @@ fn of_times(key: Key, quantity: Quantity, unit: f64, times: [&Spread; 2]) -> Rat
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::bench::{Check, TestTotals};
+    use crate::bench::{Check, Survey, TestTotals};
 
     fn results(ms: &[f64], boxes: u64, faults: usize) -> Results {
         let (scene, builder, set) = ("s".to_owned(), "b".to_owned(), "ao".to_owned());
@@ -163,13 +164,20 @@ mod tests {
             set,
             rays: 100,
             trace_ms,
-            tests,
+            tests: Some(tests),
             check,
             ..RayRow::default()
         };
-        let build = BuildRow { scene, builder, build_ms: trace_ms, bvh_bytes: 64, ..BuildRow::default() };
+        let build = BuildRow {
+            scene,
+            builder,
+            build_ms: trace_ms,
+            bvh_bytes: 64,
+            survey: Some(Survey::default()),
+            ..BuildRow::default()
+        };
         let header = super::super::Header::default();
-        Results { header, builds: vec![build], rays: vec![ray], images: vec![] }
+        Results { header, builds: vec![build], rays: vec![ray], images: vec![], pictures: vec![] }
     }
 
     fn ratio(a: &Results, b: &Results, quantity: Quantity) -> Ratio {

@@ -1,6 +1,7 @@
 //! The tables of errors: of hits against the f64 reference, of pictures against converged ones.
 
 use super::{Report, Table, Views};
+use crate::trace::Precision;
 
 impl Report<'_> {
     /// Judged hits, a row a scene, builder and set: how many of a million are wrong, unsure ones among them, the error of
@@ -60,6 +61,11 @@ impl Report<'_> {
 }
 
 impl Views<'_> {
+    /// Whether triangles were tested by what leaks at edges.
+    pub fn is_fast(&self) -> bool {
+        self.precision == Precision::Fast.name()
+    }
+
     /// Device time of a ray, ns.
     pub fn ns_a_ray(&self) -> f64 {
         self.trace_ms.median * 1e6 / self.rays.max(1) as f64

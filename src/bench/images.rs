@@ -5,15 +5,14 @@ use super::plan::{ImagePlan, Key};
 use super::run::{Progress, Stage};
 use super::stats::enough;
 use super::{Result, Rows, Spread};
-use crate::abi::{Hit, Ray};
-use crate::device::Timing;
-use crate::trace::rays::{SECONDARY_BATCH, Sampler, Secondary, View, primary, secondary};
-use crate::trace::{Batch, Options, Walk, trace};
+use crate::picture::Studio;
+use crate::trace::rays::{Sampler, Secondary};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-/// Seed of the samples by chance.
-const SEED: u64 = 1;
+/// Pictures by chance, each of another seed, whose errors are taken together: the hits of a picture share their points, so
+/// one alone may be lucky.
+const SEEDS: u64 = 8;
 
 /// What a picture shows, a pixel's value from 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,11 +40,11 @@ impl Shows {
         }
     }
 
-    /// What `ray`, which met nothing, brings.
-    fn brings(self, ray: &Ray, up: Vec3) -> f64 {
+    /// What a ray along `direction`, which met nothing, brings.
+    fn brings(self, direction: Vec3, up: Vec3) -> f32 {
         match self {
             Self::Ao => 1.0,
-            Self::Diffuse => f64::from(Vec3::from(ray.direction).dot(up).max(0.0)),
+            Self::Diffuse => direction.dot(up).max(0.0),
         }
     }
 }
@@ -67,7 +66,7 @@ pub struct ImageRow {
     pub pixels: usize,
     /// Device time of tracing the samples, ms.
     pub trace_ms: Spread,
-    /// Root of the mean squared difference from the converged picture.
+    /// Root of the mean squared difference from the converged picture; of `random`, over pictures of eight seeds.
     pub rmse: f64,
     /// Samples a hit of the converged picture.
     pub converged: u32,
@@ -87,7 +86,8 @@ pub(super) fn kinds() -> impl Iterator<Item = [&'static str; 2]> {
 
 /// Takes the pictures of the scene that `rows` lacks, through the first contender's tree, where it is built here.
 pub(super) fn take(stage: &Stage, plan: &ImagePlan, rows: &mut Rows, progress: Progress) -> Result<()> {
-    let Some(contender) = stage.plan.painter_of(stage.spec) else { return Ok(()) };
+    let Some(painter) = stage.plan.painter_of(stage.spec) else { return Ok(()) };
+    let Some((contender, bvh)) = stage.own_trees().find(|tree| tree.0 == painter) else { return Ok(()) };
     let key = |shows: Shows, sampler: &str, n: u32| {
         Key::image(stage.spec, &contender.name, shows.name(), sampler, n)
     };
@@ -97,21 +97,23 @@ pub(super) fn take(stage: &Stage, plan: &ImagePlan, rows: &mut Rows, progress: P
             continue;
         }
         progress(&format!("{}: a converged picture, {}", stage.spec, shows.name()), rows);
-        let studio = Studio::new(stage, plan)?;
+        let studio = stage.studio(plan.size, bvh)?;
         // Of other points than the pictures that it is held against.
-        let converged = studio.expose(shows, Sampler::Halton(plan.converged), plan.converged)?;
-        let samplers = [("halton", Sampler::Halton(0)), ("random", Sampler::Random(SEED))];
-        for (name, sampler) in samplers {
+        let converged = expose(stage, &studio, shows, Sampler::Halton(plan.converged), plan.converged)?.0;
+        let samplers =
+            [("halton", vec![Sampler::Halton(0)]), ("random", (0..SEEDS).map(Sampler::Random).collect())];
+        for (name, samplers) in samplers {
             for samples in &plan.samples {
                 if rows.has(&key(shows, name, *samples)) {
                     continue;
                 }
                 progress(&format!("{}: {}, {samples} samples, {name}", stage.spec, shows.name()), rows);
-                // The first warms up.
-                let picture = studio.expose(shows, sampler, *samples)?;
+                // The first warm up.
+                let expose = |sampler: &Sampler| expose(stage, &studio, shows, *sampler, *samples);
+                let pictures = samplers.iter().map(|s| Ok(expose(s)?.0)).collect::<Result<Vec<Values>>>()?;
                 let mut ms = vec![];
                 while !enough(stage.plan.runs, &ms) {
-                    ms.push(studio.expose(shows, sampler, *samples)?.trace_ms);
+                    ms.push(expose(&samplers[ms.len() % samplers.len()])?.1);
                 }
                 rows.push_image(ImageRow {
                     scene: stage.spec.to_owned(),
@@ -119,9 +121,9 @@ pub(super) fn take(stage: &Stage, plan: &ImagePlan, rows: &mut Rows, progress: P
                     shows: shows.name().to_owned(),
                     sampler: name.to_owned(),
                     samples: *samples,
-                    pixels: picture.values.len(),
+                    pixels: converged.iter().flatten().count(),
                     trace_ms: Spread::of(&ms),
-                    rmse: rmse(&picture.values, &converged.values),
+                    rmse: rmse(&pictures, &converged),
                     converged: plan.converged,
                 })?;
             }
@@ -130,58 +132,27 @@ pub(super) fn take(stage: &Stage, plan: &ImagePlan, rows: &mut Rows, progress: P
     Ok(())
 }
 
-/// A scene's primary rays, traced.
-struct Studio<'a> {
-    stage: &'a Stage<'a>,
-    primaries: Batch,
-    up: Vec3,
+/// A value a primary ray, if it met a surface.
+type Values = Vec<Option<f64>>;
+
+/// The picture by so many samples, and what tracing them took, ms.
+fn expose(
+    stage: &Stage,
+    studio: &Studio,
+    shows: Shows,
+    sampler: Sampler,
+    samples: u32,
+) -> Result<(Values, f64)> {
+    let up = Vec3::from(stage.scene.views_or_default()[0].up).normalize_or(Vec3::Y);
+    let kind = Secondary { samples, sampler, ..shows.rays(stage) };
+    let found = studio.gathered(&kind, |d| Vec3::splat(shows.brings(d, up)), &|_| ())?;
+    Ok((found.means.iter().map(|mean| mean.map(|m| f64::from(m.x))).collect(), found.trace_ms))
 }
 
-/// A value a pixel that shows a surface, and what tracing took.
-struct Picture {
-    values: Vec<f64>,
-    trace_ms: f64,
-}
-
-impl<'a> Studio<'a> {
-    fn new(stage: &'a Stage<'a>, plan: &ImagePlan) -> Result<Self> {
-        let [width, height] = plan.size;
-        let view = View { camera: stage.scene.views_or_default()[0], width, height };
-        let mut primaries = Batch::new(stage.device, view.pixels(), false)?;
-        primary(stage.device, &view, &mut primaries, Timing::Off)?;
-        let options = Options { walk: Walk::untried(stage.device, true), ..Options::default() };
-        trace(stage.device, &stage.trees[0], &primaries, options, Timing::Off)?;
-        Ok(Self { stage, primaries, up: Vec3::from(view.camera.up).normalize_or(Vec3::Y) })
-    }
-
-    fn expose(&self, shows: Shows, sampler: Sampler, samples: u32) -> Result<Picture> {
-        let Stage { device, trees, buffers, .. } = self.stage;
-        let kind = Secondary { samples, sampler, ..shows.rays(self.stage) };
-        let options = Options { query: kind.query(), ..Options::default() };
-        let mut batch = Batch::new(device, SECONDARY_BATCH, false)?;
-        let mut picture = Picture { values: vec![], trace_ms: 0.0 };
-        let mut start = 0;
-        while start < self.primaries.count {
-            start +=
-                secondary(device, buffers, &self.primaries, &kind, start, &mut batch, Timing::Off)?.0.max(1);
-            if batch.count == 0 {
-                continue;
-            }
-            picture.trace_ms += trace(device, &trees[0], &batch, options, Timing::Outer)?.device_ms;
-            let (rays, hits) = (batch.rays.read_first(batch.count)?, batch.hits.read_first(batch.count)?);
-            let value = |(rays, hits): (&[Ray], &[Hit])| {
-                let free = rays.iter().zip(hits).filter(|(_, hit)| !hit.is_hit());
-                free.map(|(ray, _)| shows.brings(ray, self.up)).sum::<f64>() / f64::from(samples)
-            };
-            let n = samples as usize;
-            picture.values.extend(rays.chunks_exact(n).zip(hits.chunks_exact(n)).map(value));
-        }
-        Ok(picture)
-    }
-}
-
-/// Root of the mean squared difference; 0 of no pixels.
-fn rmse(a: &[f64], b: &[f64]) -> f64 {
-    let squares: f64 = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum();
-    (squares / a.len().max(1) as f64).sqrt()
+/// Root of the mean squared difference of all pixels of `pictures` that show a surface; 0 of none.
+fn rmse(pictures: &[Values], converged: &Values) -> f64 {
+    let differences = pictures.iter().flat_map(|p| p.iter().zip(converged));
+    let squares = differences.filter_map(|(a, b)| Some((a.as_ref()? - b.as_ref()?).powi(2)));
+    let (sum, count) = squares.fold((0.0, 0usize), |(sum, n), square| (sum + square, n + 1));
+    (sum / count.max(1) as f64).sqrt()
 }

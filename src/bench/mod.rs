@@ -1,4 +1,22 @@
 //! Measuring: warm-up, repeats, medians and spread; the benchmark, its presets, its rows and its report.
+//!
+//! # How to read the numbers
+//! - **Times** are medians over runs in which all builders took turns, after warm-ups that end once three runs agree within
+//!   5 %. *±* is the range between the quartiles, in per cent of the median: differences within it say nothing. Device times
+//!   come from the driver's timestamps, from the first pass of a build or a trace to the end of the last; what a host does
+//!   for a builder counts as well. Times by kernel are those of one run with a stamp a pass, which costs some.
+//! - **Rates** are rays over the time of all of a set's rays, the sort included where rays were sorted. Before they are
+//!   measured each builder's rays try all kernels, orders and boxes, and take what is fastest for them.
+//! - **Counts**: tests of boxes, of oriented ones and of triangles are those of each ray walking alone, whichever kernel is
+//!   timed; *cost* is their sum weighed by what one of each takes on this device ([`Costs`]). Counts, bytes, areas and hashes
+//!   are the same on every machine; times are not, and no gate hangs on them.
+//! - **SAH cost, EPO, LCV**: what heuristics expect of a tree, in the glossary of the [crate]. *Above optimal*: area of
+//!   a sample of boxes over that of near-optimal ones around the same triangles, less 1.
+//! - **Faults** are hits that the f64 reference contradicts and rounding does not excuse, **unsure** ones those that it may:
+//!   where copies of the ray, moved by an ulp or so, disagree among themselves. Tables of errors count both.
+//! - **Error of t** is relative to t, over hits on the reference's own triangle. **RMSE** is that of pixels from 0 to 1
+//!   against a picture of many more samples.
+//! - **Peak scratch** is the most memory that a build held at once beside the scene and the tree.
 
 mod builds;
 mod choice;
@@ -8,6 +26,7 @@ mod errors;
 mod images;
 mod kernels;
 mod layouts;
+mod pictures;
 mod plan;
 mod presets;
 mod rays;
@@ -20,6 +39,7 @@ mod stats;
 mod table;
 mod topology;
 mod traces;
+mod tree;
 mod views;
 mod volumes;
 
@@ -30,10 +50,11 @@ pub use costs::Costs;
 pub use images::ImageRow;
 pub use kernels::{KernelTime, by_kernel};
 pub use layouts::{LayoutPlan, LayoutRow, LayoutSize, Layouts, measure_layouts};
-pub use plan::{Contender, Coverage, ImagePlan, Key, Plan, RayFile, RayKind, RaySet, Shard};
+pub use pictures::PictureRow;
+pub use plan::{Contender, Coverage, ImagePlan, Key, Maker, Plan, RayFile, RayKind, RaySet, Shard};
 pub use presets::{Preset, PresetError, Presets};
 pub use report::Report;
-pub use rows::{BuildRow, Check, Header, Order, RayRow, Results, Rows, RowsError};
+pub use rows::{BuildRow, Check, Header, Order, RayRow, Results, Rows, RowsError, Survey};
 pub use run::{Open, Progress, run};
 pub use size::bytes_of;
 pub use stats::{Spread, settled};
@@ -45,6 +66,7 @@ pub use views::Views;
 use crate::bvh::BuildError;
 use crate::device::DeviceError;
 use crate::oracle::validate::Invalid;
+use crate::picture::PictureError;
 use crate::scene::SceneError;
 
 /// A measurement that can't be done.
@@ -59,6 +81,9 @@ pub enum BenchError {
     /// A scene can't be opened.
     #[error(transparent)]
     Scene(#[from] SceneError),
+    /// A picture can't be taken.
+    #[error(transparent)]
+    Picture(#[from] PictureError),
     /// A row can't be written.
     #[error(transparent)]
     Rows(#[from] RowsError),

@@ -4,6 +4,7 @@ use super::images;
 use super::rows::Order;
 use crate::abi::{Aabb, Ray};
 use crate::bvh::{Fit, Recipe};
+use crate::ray_query::TriangleOrder;
 use crate::scene::Transform;
 use crate::trace::rays::{Aimed, Light, Secondary};
 use crate::trace::{BATCH, Precision, Query, RayOrder};
@@ -132,15 +133,31 @@ impl Coverage {
     }
 }
 
-/// A builder of the benchmark: a recipe and its name.
+/// Who builds a contender's tree, and traces it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Maker {
+    /// Boxwood, by a recipe.
+    Boxwood(Recipe),
+    /// The device's driver, given triangles in some order.
+    Driver(TriangleOrder),
+}
+
+/// A builder of the benchmark.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contender {
-    /// As `--builders` takes it.
+    /// As `--builders` takes it; of a driver's structure [`TriangleOrder::name`].
     pub name: String,
     /// How it builds.
-    pub recipe: Recipe,
-    /// Which triangle test its rays take.
+    pub maker: Maker,
+    /// Which triangle test its rays take, where that is boxwood's to say.
     pub precision: Precision,
+}
+
+impl Contender {
+    /// Whether it has axis-aligned boxes alone, as far as anybody can tell.
+    fn is_aligned(&self) -> bool {
+        matches!(&self.maker, Maker::Boxwood(recipe) if recipe.fit == Fit::Aabb)
+    }
 }
 
 /// Pictures whose error is measured.
@@ -185,8 +202,10 @@ pub struct Plan {
     pub aimed: usize,
     /// Boxes of each tree that are held against near-optimal ones; 0: none.
     pub boxes: usize,
-    /// Pictures, through the first contender's tree.
+    /// Pictures whose error is measured, through the first contender's tree.
     pub images: Option<ImagePlan>,
+    /// Width and height of pictures of the scene and of what each tree costs its rays, pixels.
+    pub pictures: Option<[u32; 2]>,
 }
 
 /// A part of a plan. Its cells, scenes by builders, go scene by scene, and a shard takes a run of them, so that builders of
@@ -239,6 +258,12 @@ pub struct Key {
 }
 
 impl Key {
+    /// Of a map of what rays cost, or of the scene where `builder` is empty.
+    pub fn picture(scene: &str, builder: &str) -> Self {
+        let what = Some((0, "picture".to_owned()));
+        Self { scene: scene.to_owned(), builder: builder.to_owned(), rays: what }
+    }
+
     /// Of a picture.
     pub fn image(scene: &str, builder: &str, shows: &str, sampler: &str, samples: u32) -> Self {
         let what = format!("{shows}, {sampler}, {samples} samples");
@@ -283,8 +308,14 @@ impl Plan {
                 keys.extend(contenders.iter().map(|c| key(c, Some((view, set.to_string())))));
             }
         }
+        let own: Vec<&Contender> =
+            contenders.iter().filter(|c| matches!(c.maker, Maker::Boxwood(_))).collect();
         if let Some(painter) = self.painter_of(scene) {
-            keys.extend(self.pictures().into_iter().map(|picture| key(painter, Some(picture))));
+            keys.extend(self.image_names().into_iter().map(|image| key(painter, Some(image))));
+        }
+        if self.pictures.is_some() && !own.is_empty() {
+            let names = own.iter().map(|c| c.name.as_str());
+            keys.extend(std::iter::once("").chain(names).map(|name| Key::picture(scene, name)));
         }
         keys
     }
@@ -294,13 +325,18 @@ impl Plan {
         if set.is_of_views() { 1..=self.views } else { 0..=0 }
     }
 
-    /// Whose tree the pictures of `scene` are taken through: the first contender's, where it is the shard's.
-    pub(super) fn painter_of(&self, scene: &str) -> Option<&Contender> {
-        self.contenders.first().filter(|first| self.contenders_of(scene).contains(first))
+    /// Whose trees the pictures whose error is measured are taken through: the first contender's of ours.
+    fn painter(&self) -> Option<&Contender> {
+        self.contenders.iter().find(|c| matches!(c.maker, Maker::Boxwood(_)))
     }
 
-    /// View and name of each picture.
-    fn pictures(&self) -> Vec<(usize, String)> {
+    /// The same, where the shard builds its tree of `scene`.
+    pub(super) fn painter_of(&self, scene: &str) -> Option<&Contender> {
+        self.painter().filter(|painter| self.contenders_of(scene).contains(painter))
+    }
+
+    /// View and name of each picture whose error is measured.
+    fn image_names(&self) -> Vec<(usize, String)> {
         let Some(images) = &self.images else { return vec![] };
         let of = |[shows, sampler]: [&'static str; 2]| {
             images.samples.iter().filter_map(move |n| Key::image("", "", shows, sampler, *n).rays)
@@ -310,7 +346,7 @@ impl Plan {
 
     /// Of the rows that it makes.
     pub fn order(&self) -> Order {
-        let plain = self.contenders.iter().find(|c| c.recipe.fit == Fit::Aabb);
+        let plain = self.contenders.iter().find(|c| c.is_aligned());
         Order {
             scenes: self.scenes.clone(),
             builders: self.contenders.iter().map(|c| c.name.clone()).collect(),
@@ -319,7 +355,8 @@ impl Plan {
                 .iter()
                 .flat_map(|set| self.views_of(set).map(move |view| (view, set.to_string())))
                 .collect(),
-            pictures: self.pictures(),
+            images: self.image_names(),
+            painter: self.painter().map(|c| c.name.clone()),
             sets: self.rays.iter().map(RaySet::to_string).collect(),
             aligned: plain.map(|c| c.name.clone()),
         }
@@ -337,7 +374,7 @@ impl Plan {
             })
             .collect();
         format!(
-            "scenes {:?}, {:?}; builders {:?}; rays {rays:?} {:?}; {} views of {:?} pixels; {} warm-ups, {} runs; {:?}; {} checked; {} boxes; {:?}",
+            "scenes {:?}, {:?}; builders {:?}; rays {rays:?} {:?}; {} views of {:?} pixels; {} warm-ups, {} runs; {:?}; {} checked; {} boxes; {:?}; pictures {:?}",
             self.scenes,
             self.transform,
             self.contenders,
@@ -349,7 +386,8 @@ impl Plan {
             self.coverage,
             self.check,
             self.boxes,
-            self.images
+            self.images,
+            self.pictures
         )
     }
 }

@@ -103,6 +103,7 @@ entry! {
         what: String, scenes: Vec<String>, builders: Vec<String>, rays: Vec<String>, views: usize, width: u32,
         height: u32, warm_ups: usize, runs: usize, sample: usize, check: usize, aimed: usize, boxes: usize,
         images: Vec<u32>, converged: u32, image_width: u32, image_height: u32,
+        picture_width: u32, picture_height: u32,
     }
 }
 
@@ -141,6 +142,8 @@ pub struct Preset {
     pub boxes: usize,
     /// Pictures whose error is measured.
     pub images: Option<ImagePlan>,
+    /// Width and height of pictures of the scene and of what its rays cost, pixels.
+    pub pictures: Option<[u32; 2]>,
 }
 
 impl Presets {
@@ -189,6 +192,7 @@ impl Presets {
             check: p.check.ok_or_else(missing("check"))?,
             aimed: p.aimed.unwrap_or(AIMED),
             boxes: p.boxes.unwrap_or_default(),
+            pictures: p.picture_width.zip(p.picture_height).map(|(w, h)| [w, h]).filter(|s| !s.contains(&0)),
             images: match p.images.unwrap_or_default() {
                 none if none.is_empty() => None,
                 samples => Some(ImagePlan {

@@ -1,15 +1,14 @@
 //! Rays of the benchmark: the sets of one view of a scene, traced through every contender's tree in turn.
 
-use super::choice::fastest_walk;
 use super::kernels::add_kernels;
 use super::plan::Key;
 use super::run::{Progress, Stage};
 use super::stats::{enough, warm_up};
 use super::traces::Pace;
-use super::{
-    Check, Contender, Coverage, KernelTime, Plan, RayKind, RayRow, RaySet, Result, Rows, Spread, TestTotals,
-};
+use super::tree::Tree;
+use super::{Check, Contender, Coverage, KernelTime, Plan, RayKind, RayRow, RaySet, Result, Rows, Spread};
 use crate::abi::{Hit, Ray};
+use crate::bvh::Bvh;
 use crate::device::{Buffer, Device, Timing};
 use crate::oracle::compare::{self, compare};
 use crate::oracle::reference::Reference;
@@ -144,7 +143,7 @@ impl<'a> Rays<'a> {
         let camera = stage.scene.views_or_default()[view - 1];
         primary(self.device, &View { camera, width, height }, &mut self.primaries, Timing::Off)?;
         let options = untried(self.device, &RaySet::Made(RayKind::Primary));
-        trace(self.device, &stage.trees[0], &self.primaries, options, Timing::Off)?;
+        stage.trees[stage.lookout].trace(self.device, &self.primaries, options, Timing::Off)?;
         Ok(())
     }
 
@@ -172,10 +171,10 @@ impl<'a> Rays<'a> {
                     let key = (stage.spec.to_owned(), cell.contender, open.set.to_string());
                     cell.options = match chosen.get(&key) {
                         Some(options) => *options,
-                        None => fastest_walk(device, tree, batch, cell.options, orders)?.options,
+                        None => tree.fastest(device, batch, cell.options, orders)?,
                     };
                     chosen.insert(key, cell.options);
-                    let once = || trace(device, tree, batch, cell.options, Timing::Outer);
+                    let once = || tree.trace(device, batch, cell.options, Timing::Outer);
                     warm_up(warm_ups, || once().map(|times| times.device_ms))?;
                 }
                 let found = cell.count(device, tree, batch)?;
@@ -188,10 +187,13 @@ impl<'a> Rays<'a> {
         })?;
         self.chosen = chosen;
         for cell in &mut open.cells {
-            cell.row.kernel = cell.options.walk.kernel_name().to_owned();
+            let tree = &stage.trees[cell.contender];
+            cell.row.kernel = tree.kernel_name(&cell.options).to_owned();
             cell.row.sorted = cell.options.order == RayOrder::Sorted;
-            cell.row.boxes = cell.options.boxes.name().to_owned();
-            cell.row.cost_per_ray = stage.costs.per_ray(&cell.row.tests, cell.row.rays);
+            if let Tree::Packed(_) = tree {
+                cell.row.boxes = Some(cell.options.boxes.name().to_owned());
+            }
+            cell.row.cost_per_ray = cell.row.tests.map(|t| stage.costs.per_ray(&t, cell.row.rays));
             cell.row.check = stage.reference.as_ref().map(|reference| {
                 Check::from(&judge(reference, &open.sample, &cell.sample, cell.options.query))
             });
@@ -217,8 +219,8 @@ impl<'a> Rays<'a> {
         let mut ms = vec![0.0; open.cells.len()];
         self.each_batch(stage, open.set, |batch| {
             for (cell, ms) in open.cells.iter().zip(&mut ms) {
-                *ms += trace(device, &stage.trees[cell.contender], batch, cell.options, Timing::Outer)?
-                    .device_ms;
+                let tree = &stage.trees[cell.contender];
+                *ms += tree.trace(device, batch, cell.options, Timing::Outer)?.device_ms;
             }
             Ok(())
         })?;
@@ -238,8 +240,12 @@ impl<'a> Rays<'a> {
         self.leave(stage, &rays, 0)?;
         if self.others.count > 0 {
             let options = untried(self.device, open.set);
-            let times = trace(self.device, &stage.trees[0], &self.others, options, Timing::Outer)?;
-            self.pace.learn(self.others.count, &times);
+            let once = |tree: &Tree| tree.trace(self.device, &self.others, options, Timing::Outer);
+            let times = stage.trees.iter().map(once).collect::<crate::device::Result<Vec<_>>>()?;
+            // None may take too long.
+            if let Some(slowest) = times.iter().max_by(|a, b| a.device_ms.total_cmp(&b.device_ms)) {
+                self.pace.learn(self.others.count, slowest);
+            }
         }
         if self.pace.chunk() != self.others.rays.len() {
             self.others = Batch::new(self.device, self.pace.chunk(), false)?;
@@ -317,33 +323,40 @@ impl Cell {
             set: set.to_string(),
             kernel: String::new(),
             sorted: false,
-            boxes: Boxes::Mixed.name().to_owned(),
+            boxes: None,
             precision: options.precision.name().to_owned(),
             rays: 0,
             hits: 0,
             trace_ms: Spread::default(),
-            tests: TestTotals::default(),
-            cost_per_ray: 0.0,
+            tests: None,
+            cost_per_ray: None,
             kernels: Vec::<KernelTime>::new(),
             check: None,
         };
         Self { contender, options, row, sample: vec![], trace_ms: vec![] }
     }
 
-    /// Traces a batch twice, with tests counted and with a stamp a kernel; returns its hits.
-    fn count(&mut self, device: &Arc<Device>, tree: &crate::bvh::Bvh, batch: &mut Batch) -> Result<Vec<Hit>> {
-        // Each ray alone: what the tree costs, whichever walk is fastest.
-        batch.tests = Some(Buffer::new(device, "trace.tests", batch.rays.len())?);
-        let alone = Options { walk: Walk::Single, order: RayOrder::AsGiven, ..self.options };
-        trace(device, tree, batch, alone, Timing::Off)?;
-        self.row.tests.add(batch)?;
-        batch.tests = None;
-        let times = trace(device, tree, batch, self.options, Timing::Kernels)?;
+    /// Traces a batch twice, with tests counted, where they can be, and with a stamp a kernel; returns its hits.
+    fn count(&mut self, device: &Arc<Device>, tree: &Tree, batch: &mut Batch) -> Result<Vec<Hit>> {
+        if let Tree::Packed(bvh) = tree {
+            self.count_tests(device, bvh, batch)?;
+        }
+        let times = tree.trace(device, batch, self.options, Timing::Kernels)?;
         add_kernels(&mut self.row.kernels, &times.passes);
         let found = batch.hits.read_first(batch.count)?;
         self.row.rays += found.len();
         self.row.hits += found.iter().filter(|h| h.is_hit()).count();
         Ok(found)
+    }
+
+    fn count_tests(&mut self, device: &Arc<Device>, bvh: &Bvh, batch: &mut Batch) -> Result<()> {
+        // Each ray alone: what the tree costs, whichever walk is fastest.
+        batch.tests = Some(Buffer::new(device, "trace.tests", batch.rays.len())?);
+        let alone = Options { walk: Walk::Single, order: RayOrder::AsGiven, ..self.options };
+        trace(device, bvh, batch, alone, Timing::Off)?;
+        self.row.tests.get_or_insert_default().add(batch)?;
+        batch.tests = None;
+        Ok(())
     }
 }
 

@@ -1,7 +1,8 @@
 //! What the benchmark found: as JSON, as CSV, and as tables for people.
 
 use super::images::ImageRow;
-use super::rows::{BuildRow, Header, RayRow, Results};
+use super::pictures::PictureRow;
+use super::rows::{BuildRow, Header, RayRow, Results, Survey};
 use super::{Table, TestTotals, Views};
 use crate::trace::Precision;
 
@@ -13,6 +14,8 @@ pub struct Report<'r> {
     builds: Vec<&'r BuildRow>,
     rays: Vec<&'r RayRow>,
     images: Vec<&'r ImageRow>,
+    #[serde(skip)]
+    pictures: &'r [PictureRow],
 }
 
 /// A line of the CSV: a build and, where rays were traced, a set of a view.
@@ -27,29 +30,29 @@ struct Line<'a> {
     build_ms_min: f64,
     build_spread_percent: f64,
     build_wall_ms: f64,
-    sah: f64,
-    epo: f64,
-    epo_error: f64,
-    leaves_per_ray: f64,
-    lcv: f64,
-    inner_area: f64,
-    node_area: f64,
-    leaf_area: f64,
-    triangles_per_leaf: f64,
-    aabb_boxes: f64,
-    aabb_box_area: f64,
-    inner_area_share: f64,
-    leaf_area_share: f64,
-    total_area_share: f64,
+    sah: Option<f64>,
+    epo: Option<f64>,
+    epo_error: Option<f64>,
+    leaves_per_ray: Option<f64>,
+    lcv: Option<f64>,
+    inner_area: Option<f64>,
+    node_area: Option<f64>,
+    leaf_area: Option<f64>,
+    triangles_per_leaf: Option<f64>,
+    aabb_boxes: Option<f64>,
+    aabb_box_area: Option<f64>,
+    inner_area_share: Option<f64>,
+    leaf_area_share: Option<f64>,
+    total_area_share: Option<f64>,
     memory_share: Option<f64>,
-    mixed_cost: f64,
-    aabb_cost: f64,
+    mixed_cost: Option<f64>,
+    aabb_cost: Option<f64>,
     binary_mixed_cost: Option<f64>,
     binary_aabb_cost: Option<f64>,
-    depth: u32,
+    depth: Option<u32>,
     bvh_bytes: u64,
     scratch_bytes: u64,
-    tree_hash: &'a str,
+    tree_hash: Option<&'a str>,
     view: Option<usize>,
     set: Option<&'a str>,
     kernel: Option<&'a str>,
@@ -72,10 +75,15 @@ struct Line<'a> {
     wrong_triangle: Option<usize>,
 }
 
+/// Of what a row lacks.
+fn none() -> String {
+    "–".to_owned()
+}
+
 impl<'r> Report<'r> {
     /// Of `results`.
     pub fn new(results: &'r Results) -> Self {
-        let Results { header, builds, rays, images } = results;
+        let Results { header, builds, rays, images, pictures } = results;
         // What no list has comes last, as it came.
         let place =
             |list: &[String], name: &String| list.iter().position(|n| n == name).unwrap_or(list.len());
@@ -89,7 +97,7 @@ impl<'r> Report<'r> {
         });
         let mut images: Vec<&ImageRow> = images.iter().collect();
         images.sort_by_key(|i| place(&order.scenes, &i.scene));
-        Self { header, builds, rays, images }
+        Self { header, builds, rays, images, pictures }
     }
 
     /// What the run was about.
@@ -112,9 +120,32 @@ impl<'r> Report<'r> {
         &self.images
     }
 
-    /// What is wrong with checked hits: scene, builder, set and verdict of each row with faults. Where the fast triangle
+    /// Of a scene its picture and maps of what its rays cost, as builders come.
+    pub fn pictures(&self, scene: &str) -> Vec<&'r PictureRow> {
+        let place = |p: &&PictureRow| self.header.order.builders.iter().position(|b| *b == p.builder);
+        let mut of: Vec<&PictureRow> = self.pictures.iter().filter(|p| p.scene == scene).collect();
+        of.sort_by_key(place);
+        of
+    }
+
+    /// What is wrong with checked hits of boxwood: scene, builder, set and verdict of each row with faults. Where the fast triangle
     /// test was asked for, faults are what is measured, and not told.
     pub fn faults(&self) -> Vec<String> {
+        self.wrong(|r| !r.is_drivers())
+    }
+
+    /// Hits of boxwood's robust test that were judged.
+    pub fn checked(&self) -> usize {
+        let own = self.rays.iter().filter(|r| !r.is_drivers() && r.precision != Precision::Fast.name());
+        own.filter_map(|r| r.check.as_ref()).map(|c| c.rays).sum()
+    }
+
+    /// What is wrong with those of a driver's traversal, which need not be watertight, and no faults of boxwood.
+    pub fn drivers_faults(&self) -> Vec<String> {
+        self.wrong(RayRow::is_drivers)
+    }
+
+    fn wrong(&self, whose: fn(&RayRow) -> bool) -> Vec<String> {
         let said = |r: &&RayRow| {
             if r.precision == Precision::Fast.name() {
                 return None;
@@ -122,7 +153,7 @@ impl<'r> Report<'r> {
             let verdict = r.check.as_ref()?.verdict.as_ref()?;
             Some(format!("{}, {}, view {}, {}: {}", r.scene, r.builder, r.view, r.set, verdict.trim_end()))
         };
-        self.rays.iter().filter_map(said).collect()
+        self.rays.iter().filter(|r| whose(r)).filter_map(said).collect()
     }
 
     /// A line a set of rays; of a build without any, one as well.
@@ -146,8 +177,10 @@ impl<'r> Report<'r> {
 
     fn line<'a>(&'a self, b: &'a BuildRow, r: Option<&'a RayRow>) -> Line<'a> {
         let check = r.and_then(|r| r.check.as_ref());
-        let per_ray =
-            |count: fn(&TestTotals) -> u64| r.map(|r| count(&r.tests) as f64 / r.rays.max(1) as f64);
+        let survey = b.survey.as_ref();
+        let per_ray = |count: fn(&TestTotals) -> u64| {
+            r.and_then(|r| Some(count(&r.tests?) as f64 / r.rays.max(1) as f64))
+        };
         Line {
             device: &self.header.device,
             commit: &self.header.commit,
@@ -158,33 +191,33 @@ impl<'r> Report<'r> {
             build_ms_min: b.build_ms.min,
             build_spread_percent: b.build_ms.percent(),
             build_wall_ms: b.build_wall_ms.median,
-            sah: b.tree.sah,
-            epo: b.quality.epo,
-            epo_error: b.quality.epo_error,
-            leaves_per_ray: b.quality.leaves_per_ray,
-            lcv: b.quality.lcv,
-            inner_area: b.tree.inner_area,
-            node_area: b.tree.node_area,
-            leaf_area: b.tree.leaf_area,
-            triangles_per_leaf: b.tree.triangles_per_leaf,
-            aabb_boxes: b.tight.aabb_share,
-            aabb_box_area: b.tight.aabb_area_share,
-            inner_area_share: b.tight.inner_area,
-            leaf_area_share: b.tight.leaf_area,
-            total_area_share: b.tight.total_area,
+            sah: survey.map(|s| s.tree.sah),
+            epo: survey.map(|s| s.quality.epo),
+            epo_error: survey.map(|s| s.quality.epo_error),
+            leaves_per_ray: survey.map(|s| s.quality.leaves_per_ray),
+            lcv: survey.map(|s| s.quality.lcv),
+            inner_area: survey.map(|s| s.tree.inner_area),
+            node_area: survey.map(|s| s.tree.node_area),
+            leaf_area: survey.map(|s| s.tree.leaf_area),
+            triangles_per_leaf: survey.map(|s| s.tree.triangles_per_leaf),
+            aabb_boxes: survey.map(|s| s.tight.aabb_share),
+            aabb_box_area: survey.map(|s| s.tight.aabb_area_share),
+            inner_area_share: survey.map(|s| s.tight.inner_area),
+            leaf_area_share: survey.map(|s| s.tight.leaf_area),
+            total_area_share: survey.map(|s| s.tight.total_area),
             memory_share: self.memory_share(b),
-            mixed_cost: b.tight.cost,
-            aabb_cost: b.tight.aabb_cost,
-            binary_mixed_cost: b.mixed.map(|m| m.cost),
-            binary_aabb_cost: b.mixed.map(|m| m.aabb_cost),
-            depth: b.tree.depth,
+            mixed_cost: survey.map(|s| s.tight.cost),
+            aabb_cost: survey.map(|s| s.tight.aabb_cost),
+            binary_mixed_cost: survey.and_then(|s| s.mixed).map(|m| m.cost),
+            binary_aabb_cost: survey.and_then(|s| s.mixed).map(|m| m.aabb_cost),
+            depth: survey.map(|s| s.tree.depth),
             bvh_bytes: b.bvh_bytes,
             scratch_bytes: b.scratch_bytes,
-            tree_hash: &b.tree_hash,
+            tree_hash: survey.map(|s| s.tree_hash.as_str()),
             view: r.map(|r| r.view),
             set: r.map(|r| r.set.as_str()),
             kernel: r.map(|r| r.kernel.as_str()),
-            boxes: r.map(|r| r.boxes.as_str()),
+            boxes: r.and_then(|r| r.boxes.as_deref()),
             sorted: r.map(|r| r.sorted),
             rays: r.map(|r| r.rays),
             hits: r.map(|r| r.hits),
@@ -193,7 +226,7 @@ impl<'r> Report<'r> {
             mrays_spread_percent: r.map(|r| r.trace_ms.percent()),
             boxes_per_ray: per_ray(|t| t.boxes + t.oriented),
             triangles_per_ray: per_ray(|t| t.triangles),
-            cost_per_ray_ns: r.map(|r| r.cost_per_ray),
+            cost_per_ray_ns: r.and_then(|r| r.cost_per_ray),
             checked_rays: check.map(|c| c.rays),
             faults: check.map(|c| c.faults),
             unsure: check.map(|c| c.unsure),
@@ -227,6 +260,7 @@ impl<'r> Report<'r> {
         let mut table = Table::new(2, titles);
         for b in &self.builds {
             let n = b.triangles.max(1) as f64;
+            let two = |f: fn(&Survey) -> f64| b.survey.as_ref().map_or(none(), |s| format!("{:.2}", f(s)));
             table.push([
                 b.scene.clone(),
                 b.builder.clone(),
@@ -234,14 +268,14 @@ impl<'r> Report<'r> {
                 format!("{:.1}", b.build_ms.median),
                 format!("{:.1}", b.build_ms.percent()),
                 format!("{:.1}", b.build_wall_ms.median),
-                format!("{:.2}", b.tree.sah),
-                format!("{:.2}", b.quality.epo),
-                format!("{:.2}", b.quality.lcv),
-                format!("{:.2}", b.tree.inner_area),
-                format!("{:.2}", b.tree.node_area),
-                format!("{:.2}", b.tree.leaf_area),
-                format!("{:.2}", b.tree.triangles_per_leaf),
-                b.tree.depth.to_string(),
+                two(|s| s.tree.sah),
+                two(|s| s.quality.epo),
+                two(|s| s.quality.lcv),
+                two(|s| s.tree.inner_area),
+                two(|s| s.tree.node_area),
+                two(|s| s.tree.leaf_area),
+                two(|s| s.tree.triangles_per_leaf),
+                b.survey.as_ref().map_or(none(), |s| s.tree.depth.to_string()),
                 format!("{:.0}", b.bvh_bytes as f64 / n),
                 format!("{:.0}", b.scratch_bytes as f64 / n),
             ]);
@@ -272,7 +306,8 @@ impl<'r> Report<'r> {
         for all in self.sets() {
             let n = all.rays.max(1) as f64;
             let rate = all.mrays_s();
-            let checked = |count: usize| if all.check.rays > 0 { count.to_string() } else { "–".into() };
+            let checked = |count: usize| if all.check.rays > 0 { count.to_string() } else { none() };
+            let tests = |f: &dyn Fn(&TestTotals) -> String| all.tests.as_ref().map_or(none(), f);
             table.push([
                 all.scene.to_owned(),
                 all.builder.to_owned(),
@@ -282,9 +317,9 @@ impl<'r> Report<'r> {
                 format!("{:.2}", rate.median),
                 format!("{:.1}", all.trace_ms.percent()),
                 format!("{:.2}", rate.max),
-                format!("{:.1}", (all.tests.boxes + all.tests.oriented) as f64 / n),
-                format!("{:.1}", all.tests.triangles as f64 / n),
-                format!("{:.0}", self.header.costs.per_ray(&all.tests, all.rays)),
+                tests(&|t| format!("{:.1}", (t.boxes + t.oriented) as f64 / n)),
+                tests(&|t| format!("{:.1}", t.triangles as f64 / n)),
+                tests(&|t| format!("{:.0}", self.header.costs.per_ray(t, all.rays))),
                 checked(all.check.faults),
                 checked(all.check.unsure),
                 checked(all.check.rays),
@@ -307,7 +342,7 @@ impl<'r> Report<'r> {
         for name in names {
             let cell = |b: &&BuildRow| {
                 let row = b.kernels.iter().find(|k| k.name == name);
-                row.map_or("–".into(), |k| format!("{:.2} ms ×{}", k.ms, k.count))
+                row.map_or(none(), |k| format!("{:.2} ms ×{}", k.ms, k.count))
             };
             table.push([name.to_owned()].into_iter().chain(self.builds.iter().map(cell)));
         }

@@ -2,9 +2,11 @@
 //! that says what was measured on what. A run that was cut off goes on from there.
 
 use super::images::ImageRow;
+use super::pictures::PictureRow;
 use super::plan::Key;
 use super::{Costs, KernelTime, Plan, Spread, TestTotals};
 use crate::device::DeviceInfo;
+use crate::kernels::RAY_QUERY_TRACE;
 use crate::oracle::compare::{Quantiles, Verdict};
 use crate::oracle::excess::Excess;
 use crate::oracle::mixed::Mixed;
@@ -47,9 +49,12 @@ pub struct Order {
     /// View and set of the rays that each contender traces in each scene.
     #[serde(default)]
     pub cell: Vec<(usize, String)>,
-    /// View and name of the pictures taken of each scene, through the first contender's tree.
+    /// Likewise of the pictures whose error is measured.
     #[serde(default)]
-    pub pictures: Vec<(usize, String)>,
+    pub images: Vec<(usize, String)>,
+    /// Through whose trees these are taken.
+    #[serde(default)]
+    pub painter: Option<String>,
     /// Sets of rays as typed.
     pub sets: Vec<String>,
     /// The first builder whose boxes are all axis-aligned: what others are held against.
@@ -100,6 +105,19 @@ pub struct BuildRow {
     pub bvh_bytes: u64,
     /// Most memory held beside scene and tree while building, bytes.
     pub scratch_bytes: u64,
+    /// What the tree is like; none of a driver's, which nobody can look at.
+    #[serde(flatten)]
+    pub survey: Option<Survey>,
+    /// Build time by kernel, of one run with a stamp a kernel.
+    pub kernels: Vec<KernelTime>,
+    /// What the build did and what it skipped, a sentence each.
+    #[serde(default)]
+    pub explain: Vec<String>,
+}
+
+/// What is known of a tree that can be looked at.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Survey {
     /// What the tree is like.
     pub tree: Stats,
     /// How good it is beside its SAH cost.
@@ -114,11 +132,6 @@ pub struct BuildRow {
     pub excess: Option<Excess>,
     /// SHA-256 of the tree.
     pub tree_hash: String,
-    /// Build time by kernel, of one run with a stamp a kernel.
-    pub kernels: Vec<KernelTime>,
-    /// What the build did and what it skipped, a sentence each.
-    #[serde(default)]
-    pub explain: Vec<String>,
 }
 
 /// A set of rays, traced through a tree.
@@ -136,8 +149,9 @@ pub struct RayRow {
     pub kernel: String,
     /// Whether they were sorted first; times have the sort in them.
     pub sorted: bool,
-    /// Through which boxes, of a tree that keeps both: `mixed`, `axis-aligned`.
-    pub boxes: String,
+    /// Through which boxes, of a tree that keeps both: `mixed`, `axis-aligned`; none of a driver's.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub boxes: Option<String>,
     /// With which triangle test: `robust`, `fast`.
     #[serde(default)]
     pub precision: String,
@@ -147,10 +161,12 @@ pub struct RayRow {
     pub hits: usize,
     /// Device time, ms.
     pub trace_ms: Spread,
-    /// Tests of each ray walking alone, of all rays.
-    pub tests: TestTotals,
+    /// Tests of each ray walking alone, of all rays; none of a driver's traversal, which counts none.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub tests: Option<TestTotals>,
     /// What those of a ray cost in the mean, ns: by [`Header::costs`].
-    pub cost_per_ray: f64,
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub cost_per_ray: Option<f64>,
     /// Time by kernel, of one run with a stamp a kernel.
     pub kernels: Vec<KernelTime>,
     /// Hits against the reference, on a sample of the rays.
@@ -159,6 +175,11 @@ pub struct RayRow {
 }
 
 impl BuildRow {
+    /// How much larger its boxes are than they need be, where that was asked for.
+    pub fn excess(&self) -> Option<&Excess> {
+        self.survey.as_ref()?.excess.as_ref()
+    }
+
     /// What it is about.
     pub fn key(&self) -> Key {
         Key { scene: self.scene.clone(), builder: self.builder.clone(), rays: None }
@@ -170,6 +191,11 @@ impl RayRow {
     pub fn key(&self) -> Key {
         let rays = Some((self.view, self.set.clone()));
         Key { scene: self.scene.clone(), builder: self.builder.clone(), rays }
+    }
+
+    /// Whether a driver traced them, whose faults are not boxwood's.
+    pub fn is_drivers(&self) -> bool {
+        self.kernel == RAY_QUERY_TRACE.name
     }
 
     /// Millions of rays a second.
@@ -229,6 +255,7 @@ enum Line {
     Build(Box<BuildRow>),
     Rays(Box<RayRow>),
     Image(Box<ImageRow>),
+    Picture(Box<PictureRow>),
 }
 
 /// A file of rows that can't be used.
@@ -285,12 +312,15 @@ pub struct Results {
     /// Pictures likewise.
     #[serde(default)]
     pub images: Vec<ImageRow>,
+    /// Pictures of scenes and of what their rays cost.
+    #[serde(skip)]
+    pub pictures: Vec<PictureRow>,
 }
 
 impl Results {
     /// None yet.
     fn new(header: Header) -> Self {
-        Self { header, builds: vec![], rays: vec![], images: vec![] }
+        Self { header, builds: vec![], rays: vec![], images: vec![], pictures: vec![] }
     }
 
     /// Of the file of rows at `path`; a last line that was cut off is left out.
@@ -329,7 +359,7 @@ impl Results {
         }
         for row in other.rays {
             if !self.rays.iter().any(|r| r.key() == row.key()) {
-                let cost_per_ray = self.header.costs.per_ray(&row.tests, row.rays);
+                let cost_per_ray = row.tests.map(|tests| self.header.costs.per_ray(&tests, row.rays));
                 self.rays.push(RayRow { cost_per_ray, ..row });
             }
         }
@@ -338,11 +368,23 @@ impl Results {
                 self.images.push(row);
             }
         }
+        for row in other.pictures {
+            if !self.pictures.iter().any(|r| r.key() == row.key()) {
+                self.pictures.push(row);
+            }
+        }
     }
 
     /// Rows there are.
     pub fn count(&self) -> usize {
-        self.builds.len() + self.rays.len() + self.images.len()
+        self.builds.len() + self.rays.len() + self.images.len() + self.pictures.len()
+    }
+
+    /// Files of its pictures, where its rows are at `path`, and what is in them.
+    pub fn files_beside<'a>(&'a self, path: &Path) -> impl Iterator<Item = (PathBuf, &'a [u8])> {
+        let folder = pictures_beside(path);
+        let there = self.pictures.iter().filter(|row| !row.png.is_empty());
+        there.filter_map(move |row| Some((folder.join(Path::new(&row.file).file_name()?), &row.png[..])))
     }
 
     /// As a file of rows.
@@ -355,7 +397,8 @@ impl Results {
         let images = self.images.iter().map(|row| Line::Image(Box::new(row.clone())));
         let header = [Line::Header(Box::new(self.header.clone()))];
         let mut bytes = vec![];
-        for line in header.into_iter().chain(builds).chain(rays).chain(images) {
+        let pictures = self.pictures.iter().map(|row| Line::Picture(Box::new(row.clone())));
+        for line in header.into_iter().chain(builds).chain(rays).chain(images).chain(pictures) {
             serde_json::to_writer(&mut bytes, &line)?;
             bytes.push(b'\n');
         }
@@ -376,10 +419,21 @@ impl Results {
                 Line::Build(row) => results.builds.push(*row),
                 Line::Rays(row) => results.rays.push(*row),
                 Line::Image(row) => results.images.push(*row),
+                Line::Picture(row) => {
+                    // A name, not a way to elsewhere.
+                    let name = Path::new(&row.file).file_name().unwrap_or_default();
+                    let png = fs::read(pictures_beside(path).join(name)).unwrap_or_default();
+                    results.pictures.push(PictureRow { png, ..*row });
+                }
             }
         }
         Ok(results)
     }
+}
+
+/// The folder of the pictures of the rows at `path`.
+fn pictures_beside(path: &Path) -> PathBuf {
+    path.with_file_name("pictures")
 }
 
 /// Bytes of the lines that are there whole.
@@ -499,6 +553,26 @@ impl Rows {
         Ok(())
     }
 
+    /// Writes a picture's file, and adds its row.
+    ///
+    /// # Errors
+    /// [`RowsError::Io`].
+    pub fn push_picture(&mut self, row: PictureRow) -> Result<()> {
+        let folder = pictures_beside(&self.path);
+        let path = folder.join(&row.file);
+        let io = |source| RowsError::Io { doing: "write", path: path.clone(), source };
+        fs::create_dir_all(&folder).map_err(io)?;
+        let mut file = tempfile::NamedTempFile::new_in(&folder).map_err(io)?;
+        file.write_all(&row.png).map_err(io)?;
+        file.persist(&path).map_err(|e| io(e.error))?;
+        let line = Line::Picture(Box::new(row));
+        self.write(&line)?;
+        if let Line::Picture(row) = line {
+            self.results.pictures.push(*row);
+        }
+        Ok(())
+    }
+
     /// Rows there are.
     pub fn count(&self) -> usize {
         self.results.count()
@@ -508,7 +582,11 @@ impl Rows {
     pub fn has(&self, key: &Key) -> bool {
         match &key.rays {
             None => self.build(key).is_some(),
-            Some(_) => self.rays(key).is_some() || self.results.images.iter().any(|r| r.key() == *key),
+            Some(_) => {
+                let Results { images, pictures, .. } = &self.results;
+                let image = || images.iter().any(|r| r.key() == *key);
+                self.rays(key).is_some() || image() || pictures.iter().any(|r| r.key() == *key)
+            }
         }
     }
 
@@ -543,12 +621,14 @@ mod tests {
             build_wall_ms: Spread::of(&[0.7]),
             bvh_bytes: 1,
             scratch_bytes: 2,
-            tree: Stats { sah: 1.0 / 3.0, area_by_level: vec![1.0, 0.1 + 0.2], ..Stats::default() },
-            quality: Quality { epo: 0.7, ..Quality::default() },
-            tight: Tightness { cost: 0.1 + 0.2, ..Tightness::default() },
-            mixed: Some(Mixed { cost: 1.0 / 3.0, aabb_cost: 0.7 }),
-            excess: None,
-            tree_hash: "ff".into(),
+            survey: Some(Survey {
+                tree: Stats { sah: 1.0 / 3.0, area_by_level: vec![1.0, 0.1 + 0.2], ..Stats::default() },
+                quality: Quality { epo: 0.7, ..Quality::default() },
+                tight: Tightness { cost: 0.1 + 0.2, ..Tightness::default() },
+                mixed: Some(Mixed { cost: 1.0 / 3.0, aabb_cost: 0.7 }),
+                excess: None,
+                tree_hash: "ff".into(),
+            }),
             kernels: vec![KernelTime { name: "a/b".into(), count: 1, ms: 0.1 }],
             explain: vec!["said".into()],
         }
@@ -598,7 +678,7 @@ mod tests {
         let error = Rows::resume(&path, &header("x")).unwrap_err().to_string();
         assert!(error.contains("its commit is c, and here it is x"), "{error}");
         let text = fs::read_to_string(&path).unwrap();
-        fs::write(&path, text.replace("tree_hash", "tree_rash")).unwrap();
+        fs::write(&path, text.replace("bvh_bytes", "bvh_bites")).unwrap();
         assert!(Rows::resume(&path, &header("c")).unwrap_err().to_string().contains("line 2"));
         assert_eq!(Rows::create(&path, &header("c")).unwrap().count(), 0);
         assert!(dir.path().join("rows.jsonl.old").exists());

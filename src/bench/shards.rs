@@ -6,7 +6,7 @@ use super::rows::{BuildRow, RayRow, Results};
 
 impl Results {
     /// Rows that the plan asks for and that are not there: of shards that are not, or of a run that was cut off. None of a
-    /// file that doesn't say what was planned.
+    /// file that doesn't say what was planned. Pictures in files beside the rows are not asked for.
     pub fn missing(&self) -> Vec<Key> {
         let order = &self.header.order;
         let (builds, rays) = (self.builds.iter().map(BuildRow::key), self.rays.iter().map(RayRow::key));
@@ -18,8 +18,8 @@ impl Results {
             rays,
         };
         let wanted = cells.flat_map(|(scene, builder)| {
-            let pictures = order.pictures.iter().filter(move |_| order.builders.first() == Some(builder));
-            let traced = order.cell.iter().chain(pictures);
+            let images = order.images.iter().filter(move |_| order.painter.as_ref() == Some(builder));
+            let traced = order.cell.iter().chain(images);
             let traced = traced.map(move |of| key(scene, builder, Some(of.clone())));
             [key(scene, builder, None)].into_iter().chain(traced)
         });
@@ -52,7 +52,7 @@ impl Results {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::bench::{Costs, Header, Order, TestTotals};
+    use crate::bench::{Costs, Header, Order, PictureRow, TestTotals};
 
     /// Of two scenes, a builder and two views; `builders` of them there, each with the first view.
     fn results(scenes: &[&str]) -> Results {
@@ -68,15 +68,15 @@ mod tests {
         };
         let rays = |s| {
             let (scene, builder) = key(s);
-            let tests = TestTotals { boxes: 30, ..TestTotals::default() };
-            let (set, cost_per_ray) = ("ao".to_owned(), 3.0);
+            let tests = Some(TestTotals { boxes: 30, ..TestTotals::default() });
+            let (set, cost_per_ray) = ("ao".to_owned(), Some(3.0));
             RayRow { scene, builder, view: 1, set, rays: 10, tests, cost_per_ray, ..RayRow::default() }
         };
         Results {
             header: Header { order, costs, ..Header::default() },
             builds: scenes.iter().map(build).collect(),
             rays: scenes.iter().map(rays).collect(),
-            images: vec![],
+            ..Results::default()
         }
     }
 
@@ -90,11 +90,12 @@ mod tests {
         assert_eq!(said(&results(&["a"]).missing()), missing);
         let joined = Results::joined(vec![results(&["b"]), results(&["a"])]);
         assert_eq!(said(&joined[0].missing()), ["a, ploc, view 2, ao", "b, ploc, view 2, ao"]);
-        let mut with_pictures = results(&["a", "b"]);
-        with_pictures.header.order.builders.push("lbvh".into());
-        with_pictures.header.order.pictures = vec![(0, "ao, halton, 4 samples".into())];
-        with_pictures.header.order.cell.truncate(1);
-        let missing = said(&with_pictures.missing());
+        let mut with_images = results(&["a", "b"]);
+        with_images.header.order.builders.push("lbvh".into());
+        with_images.header.order.images = vec![(0, "ao, halton, 4 samples".into())];
+        with_images.header.order.painter = Some("ploc".into());
+        with_images.header.order.cell.truncate(1);
+        let missing = said(&with_images.missing());
         assert_eq!(missing[..3], ["a, ploc, ao, halton, 4 samples", "a, lbvh", "a, lbvh, view 1, ao"]);
         let unsaid = Results { header: Header::default(), ..results(&["a"]) };
         assert_eq!(unsaid.missing(), []);
@@ -105,7 +106,7 @@ mod tests {
         let (first, mut again) = (results(&["a", "b"]), results(&["b"]));
         assert_eq!(Results::measured_twice(&[first.clone(), again.clone()]), []);
         // Prices of the part's own are no other measurement.
-        (again.header.costs.boxes, again.rays[0].cost_per_ray) = (2.0, 6.0);
+        (again.header.costs.boxes, again.rays[0].cost_per_ray) = (2.0, Some(6.0));
         assert_eq!(Results::measured_twice(&[first.clone(), again.clone()]), []);
         again.rays[0].hits += 1;
         again.builds[0].bvh_bytes += 1;
@@ -116,10 +117,33 @@ mod tests {
     }
 
     #[test]
+    fn what_is_written_is_read() {
+        let mut run = results(&["a", "b"]);
+        let picture = |file: &str, png: &[u8]| PictureRow {
+            scene: file.into(),
+            file: file.into(),
+            png: png.to_vec(),
+            ..PictureRow::default()
+        };
+        run.pictures = vec![picture("1.png", b"sun"), picture("gone.png", b"")];
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("rows.jsonl");
+        std::fs::write(&path, run.to_lines().unwrap()).unwrap();
+        for (file, bytes) in run.files_beside(&path) {
+            std::fs::create_dir_all(file.parent().unwrap()).unwrap();
+            std::fs::write(file, bytes).unwrap();
+        }
+        assert_eq!(Results::read(&path).unwrap(), run);
+        run.pictures = vec![picture("../../1.png", b"moon")];
+        let (file, _) = run.files_beside(&path).next().unwrap();
+        assert_eq!(file, dir.path().join("pictures/1.png"), "nowhere else");
+    }
+
+    #[test]
     fn parts_take_the_prices_of_the_first() {
         let (first, mut second) = (results(&["a"]), results(&["b"]));
-        (second.header.costs.boxes, second.rays[0].cost_per_ray) = (2.0, 6.0);
+        (second.header.costs.boxes, second.rays[0].cost_per_ray) = (2.0, Some(6.0));
         let joined = Results::joined(vec![first, second]);
-        assert_eq!(joined[0].rays[1].cost_per_ray, 3.0);
+        assert_eq!(joined[0].rays[1].cost_per_ray, Some(3.0));
     }
 }

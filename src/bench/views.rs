@@ -20,8 +20,8 @@ pub struct Views<'r> {
     pub hits: usize,
     /// Device time, ms: sums of medians and of quartiles, the latter no quartiles of the sum, but no smaller spread.
     pub trace_ms: Spread,
-    /// Tests of all rays.
-    pub tests: TestTotals,
+    /// Tests of all rays; none where a driver traced them.
+    pub tests: Option<TestTotals>,
     /// With which triangle test.
     pub precision: &'r str,
     /// Counts of the hits judged, and the greatest of the views' errors of t; no verdict.
@@ -46,7 +46,7 @@ impl<'r> Views<'r> {
 
     fn of(first: &'r RayRow, rows: &[&RayRow]) -> Self {
         let sum = |f: fn(&RayRow) -> usize| rows.iter().map(|r| f(r)).sum();
-        let tests = |f: fn(&RayRow) -> u64| rows.iter().map(|r| f(r)).sum();
+        let tests: Option<Vec<TestTotals>> = rows.iter().map(|r| r.tests).collect();
         let ms = |f: fn(&Spread) -> f64| rows.iter().map(|r| f(&r.trace_ms)).sum();
         let check = |f: fn(&Check) -> usize| rows.iter().filter_map(|r| r.check.as_ref()).map(f).sum();
         let error = |f: fn(&Quantiles) -> f64| {
@@ -54,7 +54,11 @@ impl<'r> Views<'r> {
         };
         let title = |r: &&RayRow| {
             let sorted = if r.sorted { ", sorted" } else { "" };
-            let boxes = if r.boxes == Boxes::AxisAligned.name() { ", axis-aligned boxes" } else { "" };
+            let boxes = if r.boxes.as_deref() == Some(Boxes::AxisAligned.name()) {
+                ", axis-aligned boxes"
+            } else {
+                ""
+            };
             format!("{}{sorted}{boxes}", r.kernel)
         };
         let mut kernels: Vec<String> = rows.iter().map(title).collect();
@@ -74,11 +78,11 @@ impl<'r> Views<'r> {
                 q3: ms(|s| s.q3),
                 runs: rows.iter().map(|r| r.trace_ms.runs).min().unwrap_or(0),
             },
-            tests: TestTotals {
-                boxes: tests(|r| r.tests.boxes),
-                oriented: tests(|r| r.tests.oriented),
-                triangles: tests(|r| r.tests.triangles),
-            },
+            tests: tests.map(|all| TestTotals {
+                boxes: all.iter().map(|t| t.boxes).sum(),
+                oriented: all.iter().map(|t| t.oriented).sum(),
+                triangles: all.iter().map(|t| t.triangles).sum(),
+            }),
             check: Check {
                 rays: check(|c| c.rays),
                 faults: check(|c| c.faults),

@@ -1,7 +1,7 @@
 //! The table of boxes: Table 6.1's measures of trees against axis-aligned ones.
 
 use super::rows::BuildRow;
-use super::{Report, Table};
+use super::{Report, Survey, Table};
 
 impl Report<'_> {
     /// Boxes, a row a scene and builder: shares and areas of the same tree with axis-aligned boxes, per cent; memory of
@@ -27,7 +27,7 @@ impl Report<'_> {
         ];
         let mut table = Table::new(2, titles);
         for b in self.builds() {
-            let t = &b.tight;
+            let Some(Survey { tight: t, mixed, excess, .. }) = &b.survey else { continue };
             let percent = |share: f64| format!("{:.2}", 100.0 * share);
             let pair = |cost: f64, aabb: f64| {
                 let ratio = if aabb > 0.0 { format!("{:.3}", cost / aabb) } else { "–".into() };
@@ -40,8 +40,8 @@ impl Report<'_> {
             );
             row.push(self.memory_share(b).map_or("–".into(), percent));
             row.extend(pair(t.cost, t.aabb_cost));
-            row.extend(b.mixed.map_or_else(none, |m| pair(m.cost, m.aabb_cost)));
-            row.push(b.excess.map_or("–".into(), |e| format!("{:.2}", e.total)));
+            row.extend(mixed.map_or_else(none, |m| pair(m.cost, m.aabb_cost)));
+            row.push(excess.map_or("–".into(), |e| format!("{:.2}", e.total)));
             table.push(row);
         }
         table

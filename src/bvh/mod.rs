@@ -1,6 +1,22 @@
 //! Builds trees on the device: `morton → sort → ploc → collapse → layout`. Knows no files and no command line.
 //! Instead of `ploc` stands `odop` or `lbvh`, or `binned` instead of all before `collapse`; `recut` may come before that,
 //! and `odopfit` and `dito → orient` may follow `layout`.
+//!
+//! # How to add a builder
+//! 1. Give it a place in [`Builder`] and a name in [`Method::ALL`]: arguments, presets, help and tables follow from these.
+//!    A choice of its own (a degree, a number of bins) goes to [`Recipe`], with its range in `Recipe::check`.
+//! 2. `src/abi/arguments/`: a struct a kernel, marked `@kernel "stage/verb"`. `build.rs` makes its GLSL and refuses a kernel
+//!    whose offsets differ.
+//! 3. `glsl/<stage>/<verb>.comp`, a dispatch each, of any subgroup size, in which no workgroup waits for another.
+//! 4. `src/bvh/<stage>.rs` records them into `Build`'s recorder and returns a `RawTree` over the triangles in some order:
+//!    one node fewer than triangles, each numbered by the rank at which it splits, so that trees are the same everywhere,
+//!    and how each is best cut. Leaves, packing and orienting are done for every builder by what follows; a `match` in
+//!    `run` says where yours stands.
+//! 5. `src/oracle/<stage>.rs`: the same on the CPU, slow and obvious, which `tests/it/<stage>.rs` compares bit for bit, on
+//!    the soups of `tests/it/adversarial.rs` too. Until both agree and the validation layers are silent it is not done.
+//! 6. `note` what it did and what it skipped, a sentence each: `--explain` and the report show them. `memory_needed` says
+//!    what it takes at most.
+//! 7. A recipe in `scenes/bench.toml` puts it beside the others: `boxwood bench --builders ploc,yours`.
 
 pub mod auto;
 pub mod bases;
@@ -84,6 +100,19 @@ pub struct Stages {
     pub packed: Vec<u32>,
     /// First triangle below each kept node, by raw node, likewise.
     pub firsts: Vec<u32>,
+}
+
+/// Triangles along the Morton curve.
+#[derive(Debug)]
+pub struct Ordered {
+    /// Input indices; those that can't be hit come last.
+    pub triangles: Buffer<u32>,
+    /// Triangles that can be hit.
+    pub count: u32,
+    /// Device times of all submits.
+    pub times: Times,
+    /// What was done and what was skipped, a sentence each.
+    pub explain: Vec<String>,
 }
 
 /// State of a build: where passes are recorded to, and what has been learnt.
@@ -332,6 +361,20 @@ fn orient(build: &mut Build<'_>, bvh: &mut Bvh) -> Result<()> {
         bvh.axis_aligned = None;
     }
     Ok(())
+}
+
+/// The triangles of `scene` in the order in which builders take them by default.
+///
+/// # Errors
+/// [`BuildError::Device`].
+pub fn morton_order(device: &Arc<Device>, scene: &SceneBuffers, timing: Timing) -> Result<Ordered> {
+    let recipe = &Recipe::default();
+    let (times, explain) = (Times::default(), vec![]);
+    let before = device.memory_in_use();
+    let mut build = Build { device, scene, recipe, timing, times, explain, before, peak_before_tree: 0 };
+    let (order, _) = in_morton_order(&mut build, None)?;
+    let Build { times, explain, .. } = build;
+    Ok(Ordered { triangles: order.triangles, count: order.count, times, explain })
 }
 
 /// The triangles by their codes.

@@ -13,6 +13,8 @@ use std::sync::Arc;
 pub struct SceneBuffers {
     /// Corners, nine floats a triangle, input order.
     pub triangles: Buffer<f32>,
+    /// Whether all corners are finite.
+    pub finite: bool,
     /// Some of the triangles, on the host: how they lie.
     pub sample: Vec<Corners>,
 }
@@ -27,7 +29,8 @@ impl SceneBuffers {
         device.require_memory(&format!("a scene of {count} triangles"), 36 * count as u64)?;
         let corners: Vec<f32> = (0..count).flat_map(|t| scene.corners(t)).flatten().collect();
         let triangles = Buffer::from_slice(device, "scene.triangles", &corners)?;
-        Ok(Self { triangles, sample: sample(scene) })
+        let finite = corners.iter().all(|x| x.is_finite());
+        Ok(Self { triangles, finite, sample: sample(scene) })
     }
 
     /// Triangles.

@@ -5,14 +5,16 @@ use super::files;
 use super::report::{self, REPORT, ROWS};
 use super::{Global, warn_of};
 use crate::bench::{
-    Contender, Costs, Coverage, Header, Plan, Preset, Presets, RayFile, RayKind, RaySet, Report, Rows, Shard,
-    run as measure,
+    Contender, Costs, Coverage, Header, Maker, Plan, Preset, Presets, RayFile, RayKind, RaySet, Report, Rows,
+    Shard, run as measure,
 };
 use crate::device::DeviceInfo;
+use crate::ray_query::TriangleOrder;
 use crate::scene::{self, Progress, Scene, SceneError, Transform};
-use crate::trace::Query;
 use crate::trace::rays::Aimed;
+use crate::trace::{Precision, Query};
 use anyhow::{Context, Result, bail};
+use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -21,7 +23,8 @@ use std::path::{Path, PathBuf};
 ///
 /// Builders take turns, so that what else the machine does meets all of them alike. Medians; ± is the range between the
 /// quartiles, in per cent of the median. Faults are hits that the f64 reference contradicts and rounding doesn't excuse,
-/// unsure ones those that it may. Every finished row is in rows.jsonl at once: --resume goes on from there.
+/// unsure ones those that it may; of the device's own traversal (--against) they are told, and no failure. Every finished
+/// row is in rows.jsonl at once: --resume goes on from there.
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
     /// Scenes: files, names, or set:NAME: see `boxwood scenes list`. SCENE@D is moved by D along each axis. Default: the
@@ -38,6 +41,10 @@ pub(super) struct Args {
     /// Builders: recipes of the presets' file.
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     builders: Vec<String>,
+    /// What else builds and traces in turn with them: `ray-query`, the device's own structure and its traversal, over the
+    /// mesh's order of triangles and over Morton's, whose sorting is part of the build.
+    #[arg(long, value_enum, value_name = "WHAT", value_delimiter = ',')]
+    against: Vec<Against>,
     /// Rays: primary, ao, diffuse, shadow, file:PATH for nearest hits of a file's rays, any:PATH for whether they hit.
     #[arg(long, value_name = "SET", value_delimiter = ',')]
     rays: Vec<String>,
@@ -67,7 +74,32 @@ pub(super) struct Args {
     all: bool,
 }
 
+/// What boxwood is held against.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Against {
+    /// VK_KHR_acceleration_structure and VK_KHR_ray_query.
+    RayQuery,
+}
+
 impl Args {
+    /// What boxwood's `own` contenders are held against.
+    fn rivals(&self, own: &[Contender]) -> Result<Vec<Contender>> {
+        if !self.against.contains(&Against::RayQuery) {
+            return Ok(vec![]);
+        }
+        let rival = |order: TriangleOrder| match own.iter().find(|c| c.name == order.name()) {
+            None => Ok(Contender {
+                name: order.name().to_owned(),
+                maker: Maker::Driver(order),
+                precision: Precision::default(),
+            }),
+            Some(taken) => {
+                bail!("--against ray-query wants the name {}, which a builder has: rename it", taken.name)
+            }
+        };
+        TriangleOrder::ALL.into_iter().map(rival).collect()
+    }
+
     fn presets(&self) -> Result<Presets> {
         let Some(path) = &self.presets else { return Ok(Presets::own()?) };
         let text = std::fs::read_to_string(path).with_context(|| format!("can't read {}", path.display()))?;
@@ -92,18 +124,19 @@ impl Args {
             aimed,
             boxes,
             images,
+            pictures,
         } = preset;
         let contender = |name: &String| -> Result<Contender> {
             let (recipe, precision) = (presets.recipe(name)?, presets.precision(name)?);
-            Ok(Contender { name: name.clone(), recipe, precision })
+            Ok(Contender { name: name.clone(), maker: Maker::Boxwood(recipe), precision })
         };
+        let own = once_each(or(&self.builders, builders));
+        let mut contenders = own.iter().map(contender).collect::<Result<Vec<_>>>()?;
+        contenders.extend(self.rivals(&contenders)?);
         Ok(Plan {
             scenes: once_each(each_of_sets(or(&self.scenes, scenes))?),
             transform: self.transform.transform(),
-            contenders: once_each(or(&self.builders, builders))
-                .iter()
-                .map(contender)
-                .collect::<Result<_>>()?,
+            contenders,
             shard: self.shard.unwrap_or(Shard::WHOLE),
             rays: once_each(or(&self.rays, rays)).iter().map(|set| ray_set(set)).collect::<Result<_>>()?,
             orders: self.sort.orders(false),
@@ -116,6 +149,7 @@ impl Args {
             aimed,
             boxes,
             images,
+            pictures,
         })
     }
 }
@@ -181,6 +215,9 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     // What can't be is found out before anything is opened.
     presets.preset(&args.preset)?;
     let device = global.open_device()?;
+    if args.against.contains(&Against::RayQuery) {
+        device.require_ray_query().context("--against ray-query")?;
+    }
     let plan = args.plan(&presets, device.info())?;
     std::fs::create_dir_all(&args.out)
         .with_context(|| format!("can't make the folder {}", args.out.display()))?;
@@ -213,6 +250,13 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     report::write_run(global, &args.out, rows.results())?;
     let page = path(REPORT);
     writeln!(std::io::stdout(), "Report: {}", std::path::absolute(&page).unwrap_or(page).display())?;
+    let drivers = found.drivers_faults();
+    if !drivers.is_empty() {
+        global.remark(format_args!(
+            "the device's own traversal is wrong about some hits:\n{}",
+            drivers.join("\n")
+        ));
+    }
     match found.faults() {
         faults if faults.is_empty() => Ok(()),
         faults => bail!("the hits are wrong\n{}", faults.join("\n")),
@@ -303,7 +347,7 @@ fn print(report: &Report, plan: &Plan) -> Result<()> {
             )?,
         }
     }
-    if report.builds().iter().any(|b| b.excess.is_some()) || !report.images().is_empty() {
+    if report.builds().iter().any(|b| b.excess().is_some()) || !report.images().is_empty() {
         writeln!(out, "\nErrors of hits, of a million, and of t, relative\n{}", report.error_table())?;
     }
     if !report.images().is_empty() {

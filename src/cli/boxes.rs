@@ -109,7 +109,7 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     for (file, (path, library)) in files.into_iter().zip(&paths) {
         match file {
             File::Picture(output) => {
-                picture::draw(&device, &scene, &bvh, &shown, args.view.of(&scene))?.save(output)?;
+                output.finish(&picture::draw(&device, &scene, &bvh, &shown, args.view.of(&scene))?.png()?)?;
             }
             File::Glb(output) => output.finish(&glb(&shown.title(), &shown.parts())?)?,
             File::Obj(output, materials, name) => {

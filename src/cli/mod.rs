@@ -13,8 +13,8 @@ mod devices;
 mod explain;
 mod files;
 mod fits;
-mod image;
 mod layouts;
+mod profile;
 mod query;
 mod render;
 mod report;
@@ -67,6 +67,7 @@ enum Command {
     Report(report::Args),
     Fits(fits::Args),
     Layouts(layouts::Args),
+    Profile(profile::Args),
     Scenes(scenes::Args),
 }
 
@@ -85,6 +86,7 @@ pub fn main() -> ExitCode {
         Command::Report(args) => report::run(&cli.global, args),
         Command::Fits(args) => fits::run(&cli.global, args),
         Command::Layouts(args) => layouts::run(&cli.global, args),
+        Command::Profile(args) => profile::run(&cli.global, args),
         Command::Scenes(args) => scenes::run(&cli.global, args),
     };
     match done {

@@ -19,6 +19,8 @@ pub(super) struct Memory {
     pub(super) address: u64,
     pub(super) bytes: u64,
     pub(super) location: MemoryLocation,
+    /// Beside what all buffers are for.
+    pub(super) usage: vk::BufferUsageFlags,
     pub(super) allocation: Option<ga::Allocation>,
 }
 
@@ -28,6 +30,7 @@ pub(super) struct Allocated {
     pub(super) address: u64,
     pub(super) bytes: u64,
     location: MemoryLocation,
+    usage: vk::BufferUsageFlags,
     allocation: Option<ga::Allocation>,
     device: Arc<Device>,
 }
@@ -39,14 +42,25 @@ impl Allocated {
         bytes: u64,
         location: MemoryLocation,
     ) -> Result<Self> {
+        Self::with_usage(device, name, bytes, location, vk::BufferUsageFlags::empty())
+    }
+
+    /// With a `usage` beside what all buffers are for.
+    pub(super) fn with_usage(
+        device: &Arc<Device>,
+        name: &str,
+        bytes: u64,
+        location: MemoryLocation,
+        usage: vk::BufferUsageFlags,
+    ) -> Result<Self> {
         let bytes = bytes.max(16).next_multiple_of(16);
-        let memory = match device.take_spare(bytes, location) {
+        let memory = match device.take_spare(bytes, location, usage) {
             Some(memory) => memory,
-            None => create(device, name, bytes, location).or_else(|e| {
+            None => create(device, name, bytes, location, usage).or_else(|e| {
                 // What lies spare may be just what is missing.
                 device.free_spare();
                 if matches!(e, DeviceError::Memory { .. }) {
-                    create(device, name, bytes, location)
+                    create(device, name, bytes, location, usage)
                 } else {
                     Err(e)
                 }
@@ -54,8 +68,9 @@ impl Allocated {
         };
         let now = device.in_use.fetch_add(bytes, Ordering::Relaxed) + bytes;
         device.peak.fetch_max(now, Ordering::Relaxed);
-        let Memory { raw, address, bytes, location, allocation } = memory;
-        Ok(Self { raw, address, bytes, location, allocation, device: device.clone() })
+        let Memory { raw, address, bytes, location, usage, allocation } = memory;
+        device.name(raw, name);
+        Ok(Self { raw, address, bytes, location, usage, allocation, device: device.clone() })
     }
 
     /// The memory as host bytes, where it is mapped.
@@ -66,20 +81,31 @@ impl Allocated {
 
 impl Drop for Allocated {
     fn drop(&mut self) {
-        let Self { raw, address, bytes, location, .. } = *self;
-        self.device.discard(Memory { raw, address, bytes, location, allocation: self.allocation.take() });
+        let Self { raw, address, bytes, location, usage, .. } = *self;
+        let allocation = self.allocation.take();
+        self.device.discard(Memory { raw, address, bytes, location, usage, allocation });
     }
 }
 
 /// A new buffer with memory of its own.
-fn create(device: &Device, name: &str, bytes: u64, location: MemoryLocation) -> Result<Memory> {
+fn create(
+    device: &Device,
+    name: &str,
+    bytes: u64,
+    location: MemoryLocation,
+    usage: vk::BufferUsageFlags,
+) -> Result<Memory> {
     use vk::BufferUsageFlags as U;
-    let usage =
+    let mut all =
         U::TRANSFER_SRC | U::TRANSFER_DST | U::STORAGE_BUFFER | U::INDIRECT_BUFFER | U::SHADER_DEVICE_ADDRESS;
-    let info = vk::BufferCreateInfo::default().size(bytes).usage(usage);
+    if device.structures.is_some() {
+        // Any may hold triangles for the driver's builder.
+        all |= U::ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_KHR;
+    }
+    let info = vk::BufferCreateInfo::default().size(bytes).usage(all | usage);
     // SAFETY: the device is alive; the info is complete.
     let raw = unsafe { device.raw.create_buffer(&info, None) }.context(name)?;
-    let mut memory = Memory { raw, address: 0, bytes, location, allocation: None };
+    let mut memory = Memory { raw, address: 0, bytes, location, usage, allocation: None };
     // SAFETY: `raw` was just made by this device.
     let requirements = unsafe { device.raw.get_buffer_memory_requirements(raw) };
     let allocation = lock(&device.allocator).allocate(&ga::AllocationCreateDesc {
@@ -114,6 +140,7 @@ fn create(device: &Device, name: &str, bytes: u64, location: MemoryLocation) -> 
     let info = vk::BufferDeviceAddressInfo::default().buffer(raw);
     // SAFETY: the buffer has memory and the address usage.
     memory.address = unsafe { device.raw.get_buffer_device_address(&info) };
+    lock(&device.buffers).insert(memory.address, bytes);
     Ok(memory)
 }
 

@@ -61,6 +61,16 @@ pub enum DeviceError {
         /// The limit.
         limit: u64,
     },
+    /// A feature that only some devices have.
+    #[error(
+        "{device} has no {what}: choose another --device (`boxwood devices` lists what each has), or do without"
+    )]
+    Lacking {
+        /// Device name.
+        device: String,
+        /// Vulkan's name of it.
+        what: String,
+    },
     /// Any other failed call.
     #[error("{call}: {result}")]
     Vulkan {

@@ -2,24 +2,30 @@
 //! The one room where `unsafe` is allowed: each block holds one call and says why it is sound.
 #![allow(unsafe_code)]
 
+mod acceleration;
 mod buffer;
 mod error;
+mod events;
 mod pipeline;
 mod recorder;
 mod select;
 mod shape;
+mod times;
 
+pub use acceleration::{Acceleration, Triangles};
 pub use buffer::Buffer;
 pub use error::{DeviceError, Result};
-pub use recorder::{Pass, Recorder, Times, Timing};
+pub use events::{Event, HostWork, Submit, Traffic, Work};
+pub use recorder::Recorder;
 pub use select::{DeviceInfo, Feature, choose};
 pub use shape::Shape;
+pub use times::{Pass, Times, Timing};
 
 use ash::vk;
 use error::Context;
 use gpu_allocator::vulkan as ga;
-use std::collections::HashMap;
-use std::ffi::{CStr, c_void};
+use std::collections::{BTreeMap, HashMap};
+use std::ffi::{CStr, CString, c_void};
 use std::mem::ManuallyDrop;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -47,6 +53,8 @@ pub struct Options {
     pub validation: Validation,
     /// Use no 64-bit integers and floats, even where the device has them: for tests.
     pub narrow: bool,
+    /// Use no ray queries, even where the device has them: for tests.
+    pub without_ray_query: bool,
     /// Kernel shapes; none: those that suit the device. Results don't depend on them, which tests check by this.
     pub shape: Option<Shape>,
 }
@@ -82,6 +90,10 @@ pub struct Device {
     wide: bool,
     raw: ash::Device,
     labels: Option<ash::ext::debug_utils::Device>,
+    /// Where the device tells its clock's time.
+    calibrated: Option<ash::ext::calibrated_timestamps::Device>,
+    /// Where there are ray queries.
+    structures: Option<ash::khr::acceleration_structure::Device>,
     physical: vk::PhysicalDevice,
     queue: Mutex<vk::Queue>,
     allocator: ManuallyDrop<Mutex<ga::Allocator>>,
@@ -90,11 +102,15 @@ pub struct Device {
     recorders: AtomicUsize,
     /// Buffers dropped while there were such recorders: spare with the last of them.
     dropped: Mutex<Vec<buffer::Memory>>,
+    /// Likewise, the driver's acceleration structures.
+    dropped_structures: Mutex<Vec<vk::AccelerationStructureKHR>>,
     /// Buffers to use again: fresh memory costs page faults at each build.
     spare: Mutex<Vec<buffer::Memory>>,
     /// Bytes of all live buffers, and the most there were since [`Device::track_memory`].
     in_use: AtomicU64,
     peak: AtomicU64,
+    /// Bytes of each buffer, spare ones too, by address.
+    buffers: Mutex<BTreeMap<u64, u64>>,
     instance: Instance,
 }
 
@@ -175,6 +191,14 @@ impl Instance {
         let all = unsafe { self.raw.enumerate_physical_devices() }.context("vkEnumeratePhysicalDevices")?;
         Ok(all.into_iter().enumerate().map(|(i, p)| (p, select::inspect(&self.raw, p, i))).collect())
     }
+
+    /// Whether a device that has calibrated timestamps has them of its own clock.
+    fn tells_device_time(&self, physical: vk::PhysicalDevice) -> bool {
+        let loader = ash::ext::calibrated_timestamps::Instance::new(&self._entry, &self.raw);
+        // SAFETY: `physical` comes from this instance and has the extension.
+        let domains = unsafe { loader.get_physical_device_calibrateable_time_domains(physical) };
+        domains.is_ok_and(|domains| domains.contains(&vk::TimeDomainEXT::DEVICE))
+    }
 }
 
 impl Drop for Instance {
@@ -225,7 +249,10 @@ impl Device {
         }
 
         let wide = info.has_wide && !options.narrow;
-        let core = vk::PhysicalDeviceFeatures::default().shader_int64(wide).shader_float64(wide);
+        let core = vk::PhysicalDeviceFeatures::default()
+            .shader_int64(wide)
+            .shader_float64(wide)
+            .pipeline_statistics_query(info.has_statistics);
         let mut v12 = vk::PhysicalDeviceVulkan12Features::default()
             .buffer_device_address(true)
             .scalar_block_layout(true);
@@ -236,11 +263,25 @@ impl Device {
         if info.has_memory_budget {
             extensions.push(vk::EXT_MEMORY_BUDGET_NAME.as_ptr());
         }
-        let create = vk::DeviceCreateInfo::default()
+        let calibrated = info.has_calibrated_timestamps && instance.tells_device_time(physical);
+        if calibrated {
+            extensions.push(vk::EXT_CALIBRATED_TIMESTAMPS_NAME.as_ptr());
+        }
+        let ray_query = info.ray_query.is_some() && !options.without_ray_query;
+        let mut structures =
+            vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default().acceleration_structure(true);
+        let mut queries = vk::PhysicalDeviceRayQueryFeaturesKHR::default().ray_query(true);
+        if ray_query {
+            extensions.extend(acceleration::EXTENSIONS.map(CStr::as_ptr));
+        }
+        let mut create = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
             .enabled_extension_names(&extensions)
             .enabled_features(&core)
             .push_next(&mut v12);
+        if ray_query {
+            create = create.push_next(&mut structures).push_next(&mut queries);
+        }
         // SAFETY: the features and extensions asked for were found present by `inspect`.
         let raw = unsafe { instance.raw.create_device(physical, &create, None) }.context("vkCreateDevice")?;
         // SAFETY: one queue of this family was asked for.
@@ -258,22 +299,30 @@ impl Device {
             bytes: 0,
             source,
         })?;
+        let structures =
+            ray_query.then(|| ash::khr::acceleration_structure::Device::new(&instance.raw, &raw));
         let labels = instance.labels.then(|| ash::ext::debug_utils::Device::new(&instance.raw, &raw));
+        let calibrated =
+            calibrated.then(|| ash::ext::calibrated_timestamps::Device::new(&instance.raw, &raw));
         Ok(Arc::new(Self {
             shape: options.shape.clone().unwrap_or_else(|| Shape::of(&info)),
             info,
             wide,
             raw,
             labels,
+            calibrated,
+            structures,
             physical,
             queue: Mutex::new(queue),
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
             pipelines: Mutex::default(),
             recorders: AtomicUsize::new(0),
             dropped: Mutex::default(),
+            dropped_structures: Mutex::default(),
             spare: Mutex::default(),
             in_use: AtomicU64::new(0),
             peak: AtomicU64::new(0),
+            buffers: Mutex::default(),
             instance,
         }))
     }
@@ -298,6 +347,14 @@ impl Device {
         lock(&self.instance.messages).clone()
     }
 
+    /// Gives an object the name that validation messages and debuggers show.
+    fn name(&self, object: impl vk::Handle, name: &str) {
+        let (Some(labels), Ok(name)) = (&self.labels, CString::new(name)) else { return };
+        let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(object).object_name(&name);
+        // SAFETY: a live object of this device. A name that the driver has no room for does no harm.
+        let _ = unsafe { labels.set_debug_utils_object_name(&info) };
+    }
+
     /// Takes a buffer that is no longer needed; spare as soon as no recorder can refer to it.
     fn discard(&self, memory: buffer::Memory) {
         lock(&self.dropped).push(memory);
@@ -308,6 +365,7 @@ impl Device {
 
     /// Makes dropped buffers spare. Only where no recorder is left.
     fn bury(&self) {
+        self.bury_structures();
         let dropped: Vec<_> = lock(&self.dropped).drain(..).collect();
         self.in_use.fetch_sub(dropped.iter().map(|m| m.bytes).sum(), Ordering::Relaxed);
         let mut spare = lock(&self.spare);
@@ -321,10 +379,15 @@ impl Device {
         }
     }
 
-    /// A spare buffer of just this size and kind of memory.
-    fn take_spare(&self, bytes: u64, location: gpu_allocator::MemoryLocation) -> Option<buffer::Memory> {
+    /// A spare buffer of just this size, kind of memory and usage.
+    fn take_spare(
+        &self,
+        bytes: u64,
+        location: gpu_allocator::MemoryLocation,
+        usage: vk::BufferUsageFlags,
+    ) -> Option<buffer::Memory> {
         let mut spare = lock(&self.spare);
-        let at = spare.iter().rposition(|m| m.bytes == bytes && m.location == location)?;
+        let at = spare.iter().rposition(|m| (m.bytes, m.location, m.usage) == (bytes, location, usage))?;
         Some(spare.remove(at))
     }
 
@@ -335,6 +398,7 @@ impl Device {
     }
 
     fn free(&self, memory: buffer::Memory) {
+        lock(&self.buffers).remove(&memory.address);
         if let Some(allocation) = memory.allocation {
             // The allocator only refuses what it did not allocate.
             let _ = lock(&self.allocator).free(allocation);

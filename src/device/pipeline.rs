@@ -62,6 +62,7 @@ impl Device {
         // SAFETY: no longer needed once the pipeline is made.
         unsafe { self.raw.destroy_shader_module(module, None) };
         let raw = made.map_err(|e| e.1).context(kernel.name)?[0];
+        self.name(raw, kernel.name);
         let pipeline = Pipeline { raw, layout };
         lock(&self.pipelines).insert(key, pipeline);
         Ok(pipeline)

@@ -2,6 +2,8 @@
 
 use super::buffer::Allocated;
 use super::error::{Context, DeviceError, Result};
+use super::events::{Event, Statistics, Submit, Traffic, Work, milliseconds, placed};
+use super::times::{Pass, Times, Timing, ticks_ms};
 use super::{Buffer, Device, lock};
 use crate::abi::{Args, GRID_WIDTH, PUSH_BYTES};
 use crate::kernels::Kernel;
@@ -15,67 +17,18 @@ use std::time::{Duration, Instant};
 /// Passes that one recorder can stamp.
 const STAMPS: u32 = 4096;
 
-/// What to stamp. Stamps cost time themselves, so totals come from runs with outer stamps only.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Timing {
-    /// Nothing.
-    Off,
-    /// The first and the last pass.
-    #[default]
-    Outer,
-    /// Every pass.
-    Kernels,
-}
-
-/// How long a pass took.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Pass {
-    /// The kernel's name, or that of work on the host.
-    pub name: &'static str,
-    /// Device time, ms; wall time of work on the host.
-    pub ms: f64,
-}
-
-/// How long a submit took.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Times {
-    /// From the first pass to the end of the last, device time, ms; wall time where the device has no timestamps, and of
-    /// passes on the host.
-    pub device_ms: f64,
-    /// The share of `device_ms` that passes on the host took.
-    pub host_ms: f64,
-    /// From submit to its fence, ms.
-    pub wall_ms: f64,
-    /// With [`Timing::Kernels`]: each pass in order.
-    pub passes: Vec<Pass>,
-}
-
-impl Times {
-    /// Those of a pass that ran on the host in a kernel's stead, for `wall`.
-    pub fn on_host(name: &'static str, wall: Duration, timing: Timing) -> Self {
-        let ms = wall.as_secs_f64() * 1e3;
-        let passes = if timing == Timing::Kernels { vec![Pass { name, ms }] } else { vec![] };
-        Self { device_ms: ms, host_ms: ms, wall_ms: ms, passes }
-    }
-
-    /// Adds the times of a submit that followed.
-    pub fn append(&mut self, next: Times) {
-        self.device_ms += next.device_ms;
-        self.host_ms += next.host_ms;
-        self.wall_ms += next.wall_ms;
-        self.passes.extend(next.passes);
-    }
-}
-
 /// Commands being recorded. [`Recorder::submit`] runs them and waits.
 pub struct Recorder {
     device: Arc<Device>,
     pool: vk::CommandPool,
-    commands: vk::CommandBuffer,
+    pub(super) commands: vk::CommandBuffer,
     fence: vk::Fence,
     queries: Option<vk::QueryPool>,
+    statistics: Option<Statistics>,
     timing: Timing,
     passes: Vec<&'static str>,
+    /// What each of `passes` does, where all is to be seen.
+    seen: Vec<(Work, Traffic)>,
     /// Where the device notes the pass that it has finished: readable even after it is lost.
     finished: Allocated,
     overlapping: bool,
@@ -103,12 +56,17 @@ impl Recorder {
         let stamps =
             timing != Timing::Off && device.info.timestamp_period > 0.0 && device.info.timestamp_bits > 0;
         let queries = if stamps {
-            let info =
-                vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(STAMPS);
+            let info = vk::QueryPoolCreateInfo::default()
+                .query_type(vk::QueryType::TIMESTAMP)
+                .query_count(STAMPS + 1);
             // SAFETY: the queue's family has timestamps.
             Some(unsafe { device.raw.create_query_pool(&info, None) }.context("query pool")?)
         } else {
             None
+        };
+        let statistics = match timing {
+            Timing::Statistics => Statistics::new(device, STAMPS)?,
+            _ => None,
         };
         let mut finished = Allocated::new(device, "recorder.finished", 16, MemoryLocation::GpuToCpu)?;
         if let Some(bytes) = finished.mapped() {
@@ -123,15 +81,20 @@ impl Recorder {
             commands,
             fence,
             queries,
+            statistics,
             timing,
             passes: vec![],
+            seen: vec![],
             finished,
             overlapping: false,
             started: Instant::now(),
         };
         if let Some(queries) = queries {
             // SAFETY: recording; all queries of the pool.
-            unsafe { device.raw.cmd_reset_query_pool(commands, queries, 0, STAMPS) };
+            unsafe { device.raw.cmd_reset_query_pool(commands, queries, 0, STAMPS + 1) };
+        }
+        if let Some(statistics) = &recorder.statistics {
+            statistics.reset(device, commands);
         }
         // What earlier submits wrote is visible to this one.
         recorder.barrier();
@@ -144,8 +107,15 @@ impl Recorder {
         &self.device
     }
 
+    /// Stamps what follows pass `index`; nothing where there is no room.
     fn stamp(&mut self, index: usize) {
-        if let Some(queries) = self.queries.filter(|_| (index as u32) < STAMPS) {
+        if (index as u32) < STAMPS {
+            self.write_stamp(index);
+        }
+    }
+
+    fn write_stamp(&mut self, index: usize) {
+        if let Some(queries) = self.queries {
             let stage = if index == 0 {
                 vk::PipelineStageFlags::TOP_OF_PIPE
             } else {
@@ -184,6 +154,23 @@ impl Recorder {
         }
     }
 
+    /// Ends a dispatch.
+    fn after_dispatch(&mut self, name: &'static str) {
+        if let Some(statistics) = &self.statistics {
+            statistics.end(&self.device, self.commands, self.passes.len());
+        }
+        self.after_pass(name);
+        self.unlabel();
+    }
+
+    /// Ends a pass that is the driver's own work, of which it alone knows what it moves.
+    pub(super) fn after_drivers_pass(&mut self, name: &'static str) {
+        if self.timing.sees_all() {
+            self.seen.push((Work::Driver, Traffic::default()));
+        }
+        self.after_pass(name);
+    }
+
     fn after_pass(&mut self, name: &'static str) {
         self.passes.push(name);
         let done = self.passes.len();
@@ -192,8 +179,18 @@ impl Recorder {
             // SAFETY: recording; a word of a live buffer. Runs behind the barrier, so the pass has finished.
             unsafe { self.device.raw.cmd_fill_buffer(self.commands, self.finished.raw, 0, 4, done as u32) };
         }
-        if self.timing == Timing::Kernels {
+        if self.timing.stamps_passes() {
             self.stamp(done);
+        }
+    }
+
+    /// Makes what a transfer wrote visible; a pass of its own where all is to be seen.
+    fn after_transfer(&mut self, name: &'static str, traffic: Traffic) {
+        self.barrier();
+        if self.timing.sees_all() {
+            self.passes.push(name);
+            self.seen.push((Work::Transfer, traffic));
+            self.stamp(self.passes.len());
         }
     }
 
@@ -211,18 +208,11 @@ impl Recorder {
         if groups == 0 {
             return Ok(());
         }
-        self.bind(kernel, constants, &args)?;
+        let [x, y] = [groups.min(GRID_WIDTH), groups.div_ceil(GRID_WIDTH)];
+        self.bind(kernel, constants, &args, Work::groups([x, y], constants))?;
         // SAFETY: a pipeline is bound with all it needs; each count is within Vulkan's least limit of 65535.
-        unsafe {
-            self.device.raw.cmd_dispatch(
-                self.commands,
-                groups.min(GRID_WIDTH),
-                groups.div_ceil(GRID_WIDTH),
-                1,
-            )
-        };
-        self.after_pass(kernel.name);
-        self.unlabel();
+        unsafe { self.device.raw.cmd_dispatch(self.commands, x, y, 1) };
+        self.after_dispatch(kernel.name);
         Ok(())
     }
 
@@ -238,11 +228,10 @@ impl Recorder {
         offset: usize,
         args: A,
     ) -> Result<()> {
-        self.bind(kernel, constants, &args)?;
+        self.bind(kernel, constants, &args, Work::indirect(constants))?;
         // SAFETY: a pipeline is bound with all it needs; the counts are the kernels' own, within limits.
         unsafe { self.device.raw.cmd_dispatch_indirect(self.commands, counts.memory.raw, offset as u64) };
-        self.after_pass(kernel.name);
-        self.unlabel();
+        self.after_dispatch(kernel.name);
         Ok(())
     }
 
@@ -258,7 +247,13 @@ impl Recorder {
         result
     }
 
-    fn bind<A: Args>(&mut self, kernel: &Kernel<A>, constants: &[(u32, u32)], args: &A) -> Result<()> {
+    fn bind<A: Args>(
+        &mut self,
+        kernel: &Kernel<A>,
+        constants: &[(u32, u32)],
+        args: &A,
+        work: Work,
+    ) -> Result<()> {
         let device = self.device.clone();
         let bytes = bytemuck::bytes_of(args);
         let pipeline = device.pipeline(kernel, constants)?;
@@ -275,6 +270,12 @@ impl Recorder {
         let stage = vk::ShaderStageFlags::COMPUTE;
         // SAFETY: recording; the layout's range is these bytes.
         unsafe { device.raw.cmd_push_constants(self.commands, pipeline.layout, stage, 0, &push) };
+        if self.timing.sees_all() {
+            self.seen.push((work, Traffic::of(&device, args)));
+        }
+        if let Some(statistics) = &self.statistics {
+            statistics.begin(&device, self.commands, self.passes.len());
+        }
         Ok(())
     }
 
@@ -291,15 +292,18 @@ impl Recorder {
         unsafe {
             self.device.raw.cmd_fill_buffer(self.commands, buffer.memory.raw, 0, 4 * words as u64, value);
         }
-        self.barrier();
+        self.after_transfer("fill", Traffic { read: 0, written: 4 * words as u64 });
     }
 
     /// Writes a few elements to the start of `buffer`: at most 64 KiB, from the command buffer itself.
     pub fn update<T: bytemuck::NoUninit>(&mut self, buffer: &Buffer<T>, elements: &[T]) {
-        let bytes: &[u8] = bytemuck::cast_slice(elements);
-        // SAFETY: recording; a multiple of 4 bytes, below 64 KiB, within the buffer.
-        unsafe { self.device.raw.cmd_update_buffer(self.commands, buffer.memory.raw, 0, bytes) };
-        self.barrier();
+        self.update_bytes(&buffer.memory, 0, bytemuck::cast_slice(elements));
+    }
+
+    pub(super) fn update_bytes(&mut self, to: &Allocated, at: u64, bytes: &[u8]) {
+        // SAFETY: recording; multiples of 4 bytes, below 64 KiB, within the buffer.
+        unsafe { self.device.raw.cmd_update_buffer(self.commands, to.raw, at, bytes) };
+        self.after_transfer("update", Traffic { read: 0, written: bytes.len() as u64 });
     }
 
     /// Copies all of `from` to `to`, which is no shorter.
@@ -318,7 +322,7 @@ impl Recorder {
         let region = [vk::BufferCopy::default().src_offset(from_at).dst_offset(to_at).size(bytes)];
         // SAFETY: recording; the ranges lie within both buffers and don't overlap.
         unsafe { self.device.raw.cmd_copy_buffer(self.commands, from.raw, to.raw, &region) };
-        self.barrier();
+        self.after_transfer("copy", Traffic { read: bytes, written: bytes });
     }
 
     /// Runs what was recorded and waits for it.
@@ -328,8 +332,10 @@ impl Recorder {
     pub fn submit(mut self) -> Result<Times> {
         let device = self.device.clone();
         let count = self.passes.len();
-        if self.timing != Timing::Kernels {
-            self.stamp(1);
+        match self.timing {
+            Timing::Off | Timing::Outer => self.stamp(1),
+            Timing::Kernels => {}
+            Timing::Passes | Timing::Statistics => self.write_stamp(STAMPS as usize),
         }
         let host = [vk::MemoryBarrier::default()
             .src_access_mask(vk::AccessFlags::TRANSFER_WRITE)
@@ -384,38 +390,61 @@ impl Recorder {
     fn times(&self, wall: Duration) -> Result<Times> {
         let wall_ms = wall.as_secs_f64() * 1e3;
         let Some(queries) = self.queries else {
-            return Ok(Times { device_ms: wall_ms, host_ms: 0.0, wall_ms, passes: vec![] });
+            return Ok(Times { device_ms: wall_ms, wall_ms, ..Times::default() });
         };
-        let count = if self.timing == Timing::Kernels { self.passes.len() + 1 } else { 2 };
-        let mut ticks = vec![0u64; count.min(STAMPS as usize)];
-        // SAFETY: these queries were written by the submit that has finished.
-        unsafe {
-            self.device.raw.get_query_pool_results(
-                queries,
-                0,
-                &mut ticks,
-                vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT,
-            )
-        }
-        .context("timestamps")?;
-        let ms = |from: u64, to: u64| {
-            ticks_ms(from, to, self.device.info.timestamp_bits, self.device.info.timestamp_period)
-        };
-        let device_ms = ms(ticks[0], ticks[ticks.len() - 1]);
-        let passes = if self.timing == Timing::Kernels {
+        let passes = if self.timing.stamps_passes() { self.passes.len() } else { 1 };
+        let ticks = self.ticks(queries, 0, (passes + 1).min(STAMPS as usize))?;
+        let ms = |from, to| self.ms(from, to);
+        let mut times =
+            Times { device_ms: ms(ticks[0], ticks[ticks.len() - 1]), wall_ms, ..Times::default() };
+        if self.timing.stamps_passes() {
             let pairs = ticks.windows(2).zip(&self.passes);
-            pairs.map(|(t, name)| Pass { name, ms: ms(t[0], t[1]) }).collect()
-        } else {
-            vec![]
-        };
-        Ok(Times { device_ms, host_ms: 0.0, wall_ms, passes })
+            times.passes = pairs.map(|(t, name)| Pass { name, ms: ms(t[0], t[1]) }).collect();
+        }
+        if self.timing.sees_all() {
+            times.device_ms = ms(ticks[0], self.ticks(queries, STAMPS, 1)?[0]);
+            times.submits = vec![self.seen(wall_ms, times.device_ms, &ticks)?];
+        }
+        Ok(times)
     }
-}
 
-/// Milliseconds between two timestamps of `bits` valid bits, which may have wrapped once; `period` is ns a tick.
-fn ticks_ms(from: u64, to: u64, bits: u32, period: f32) -> f64 {
-    let mask = if bits >= 64 { u64::MAX } else { (1 << bits) - 1 };
-    (to.wrapping_sub(from) & mask) as f64 * f64::from(period) * 1e-6
+    /// Stamps of the submit that has finished.
+    fn ticks(&self, queries: vk::QueryPool, first: u32, count: usize) -> Result<Vec<u64>> {
+        let mut ticks = vec![0u64; count];
+        let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT;
+        // SAFETY: these queries were written by the submit that has finished.
+        unsafe { self.device.raw.get_query_pool_results(queries, first, &mut ticks, flags) }
+            .context("timestamps")?;
+        Ok(ticks)
+    }
+
+    fn ms(&self, from: u64, to: u64) -> f64 {
+        ticks_ms(from, to, self.device.info.timestamp_bits, self.device.info.timestamp_period)
+    }
+
+    /// What the submit did, by its stamps.
+    fn seen(&self, wall_ms: f64, device_ms: f64, ticks: &[u64]) -> Result<Submit> {
+        let at = self.started;
+        let since = |now| self.ms(ticks[0], now);
+        let (device_at, unsure_ms) = placed(&self.device, at, [wall_ms, device_ms], since);
+        let mut events = vec![];
+        for (i, t) in ticks.windows(2).enumerate() {
+            let (work, traffic) = self.seen[i];
+            let invocations = match &self.statistics {
+                Some(statistics) if work.is_dispatch() => statistics.read(&self.device, i)?,
+                _ => None,
+            };
+            events.push(Event {
+                name: self.passes[i],
+                at: device_at + milliseconds(self.ms(ticks[0], t[0])),
+                ms: self.ms(t[0], t[1]),
+                work,
+                traffic,
+                invocations,
+            });
+        }
+        Ok(Submit { at, wall_ms, device_at, device_ms, unsure_ms, events })
+    }
 }
 
 impl Drop for Recorder {
@@ -425,24 +454,15 @@ impl Drop for Recorder {
             // SAFETY: no submit that uses it is pending.
             unsafe { device.raw.destroy_query_pool(queries, None) };
         }
-        // SAFETY: as above.
+        if let Some(statistics) = &self.statistics {
+            statistics.destroy(&device);
+        }
+        // SAFETY: no submit that uses it is pending.
         unsafe { device.raw.destroy_fence(self.fence, None) };
         // SAFETY: as above; frees the command buffer too.
         unsafe { device.raw.destroy_command_pool(self.pool, None) };
         if device.recorders.fetch_sub(1, Ordering::SeqCst) == 1 {
             device.bury();
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::ticks_ms;
-
-    #[test]
-    fn timestamps_wrap() {
-        assert_eq!(ticks_ms(10, 1_000_010, 64, 1.0), 1.0);
-        assert_eq!(ticks_ms((1 << 36) - 5, 5, 36, 100.0), 10.0 * 100.0 * 1e-6);
-        assert_eq!(ticks_ms(u64::MAX, 0, 64, 1.0), 1e-6);
     }
 }

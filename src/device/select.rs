@@ -1,5 +1,6 @@
 //! Which devices there are, what each offers, and which one to use: a real GPU before a software one.
 
+use super::acceleration::{self, Limits};
 use ash::vk;
 use std::ffi::CStr;
 
@@ -55,6 +56,12 @@ pub struct DeviceInfo {
     pub(super) has_memory_budget: bool,
     #[serde(skip)]
     pub(super) has_wide: bool,
+    #[serde(skip)]
+    pub(super) has_statistics: bool,
+    #[serde(skip)]
+    pub(super) has_calibrated_timestamps: bool,
+    #[serde(skip)]
+    pub(super) ray_query: Option<Limits>,
 }
 
 impl DeviceInfo {
@@ -104,6 +111,7 @@ pub(super) fn inspect(instance: &ash::Instance, physical: vk::PhysicalDevice, in
     // SAFETY: as above; the Vulkan 1.2 struct is chained only where the device is of that version.
     unsafe { instance.get_physical_device_features2(physical, &mut features) };
     let f = features.features;
+    let ray_query = if recent { acceleration::limits(instance, physical, has) } else { None };
     let operations = subgroup.supported_operations;
     let in_compute = subgroup.supported_stages.contains(vk::ShaderStageFlags::COMPUTE);
     let ops = |o: vk::SubgroupFeatureFlags| in_compute && operations.contains(o);
@@ -132,6 +140,18 @@ pub(super) fn inspect(instance: &ash::Instance, physical: vk::PhysicalDevice, in
         ),
         feature("timestamps", optional, p.limits.timestamp_period > 0.0, "times by kernel; else wall time"),
         feature(
+            "VK_EXT_calibrated_timestamps",
+            optional,
+            has(vk::EXT_CALIBRATED_TIMESTAMPS_NAME),
+            "passes on the host's clock, in profiles",
+        ),
+        feature(
+            "pipelineStatisticsQuery",
+            optional,
+            f.pipeline_statistics_query != 0,
+            "invocations by kernel, in profiles",
+        ),
+        feature(
             "VK_EXT_memory_budget",
             optional,
             has(vk::EXT_MEMORY_BUDGET_NAME),
@@ -147,8 +167,8 @@ pub(super) fn inspect(instance: &ash::Instance, physical: vk::PhysicalDevice, in
         feature(
             "VK_KHR_ray_query",
             optional,
-            has(vk::KHR_RAY_QUERY_NAME),
-            "not used yet: comparison with the device's own",
+            ray_query.is_some(),
+            "bench --against ray-query: the device's own structure (VK_KHR_acceleration_structure) and its traversal",
         ),
         feature(
             "VK_EXT_subgroup_size_control",
@@ -226,6 +246,9 @@ pub(super) fn inspect(instance: &ash::Instance, physical: vk::PhysicalDevice, in
         queue_family: family as u32,
         has_memory_budget,
         has_wide: f.shader_int64 != 0 && f.shader_float64 != 0,
+        has_statistics: f.pipeline_statistics_query != 0,
+        has_calibrated_timestamps: has(vk::EXT_CALIBRATED_TIMESTAMPS_NAME),
+        ray_query,
     }
 }
 

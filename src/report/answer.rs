@@ -2,7 +2,6 @@
 //! traces them by a test that leaks is no answer.
 
 use crate::bench::{Report, Views};
-use crate::trace::Precision;
 
 /// A builder that is the best from some number of rays on.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -51,7 +50,8 @@ struct Racer<'r> {
     views: &'r Views<'r>,
     build_ms: f64,
     ms_per_ray: f64,
-    cost_per_ray: f64,
+    /// None where a driver traces.
+    cost_per_ray: Option<f64>,
 }
 
 /// Of each scene and set of a run.
@@ -68,13 +68,13 @@ fn answer<'v>(report: &Report, scene: &str, set: &str, sets: &'v [Views<'v>]) ->
         let build = report.builds().iter().find(|b| b.scene == scene && b.builder == *builder)?;
         let costs = report.header().costs;
         let n = (*rays).max(1) as f64;
-        let cost_per_ray = costs.per_ray(tests, *rays);
+        let cost_per_ray = tests.map(|t| costs.per_ray(&t, *rays)).filter(|cost| *cost > 0.0);
         let (build_ms, ms_per_ray) = (build.build_ms.median, trace_ms.median / n);
         Some(Racer { views, build_ms, ms_per_ray, cost_per_ray })
     };
     let racers: Vec<Racer> = sets
         .iter()
-        .filter(|v| (v.scene, v.set) == (scene, set) && v.rays > 0 && v.precision != Precision::Fast.name())
+        .filter(|v| (v.scene, v.set) == (scene, set) && v.rays > 0 && !v.is_fast())
         .filter_map(racer)
         .collect();
     let fastest = racers.iter().min_by(|a, b| a.ms_per_ray.total_cmp(&b.ms_per_ray))?;
@@ -85,7 +85,7 @@ fn answer<'v>(report: &Report, scene: &str, set: &str, sets: &'v [Views<'v>]) ->
     let against = other.filter(|o| o.views.builder != fastest.views.builder).map(|o| Against {
         builder: o.views.builder.to_owned(),
         rate: o.ms_per_ray / fastest.ms_per_ray,
-        tests: (o.cost_per_ray > 0.0).then(|| fastest.cost_per_ray / o.cost_per_ray),
+        tests: fastest.cost_per_ray.zip(o.cost_per_ray).map(|(a, b)| a / b),
         build: fastest.build_ms / o.build_ms,
     });
     Some(Answer {

@@ -36,7 +36,7 @@ pub(super) fn of_scene(
 fn excess(builds: &[&BuildRow]) -> Result<Option<Plot>> {
     let mut series = vec![];
     for b in builds {
-        if let Some(excess) = &b.excess {
+        if let Some(excess) = b.excess() {
             add(&mut series, &b.builder, [b.build_ms.median, excess.total]);
         }
     }
@@ -93,15 +93,16 @@ fn pictures(shows: &str, images: &[&ImageRow]) -> Result<Plot> {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::bench::{Check, RayRow, Results, Spread};
+    use crate::bench::{Check, RayRow, Results, Spread, Survey};
     use crate::oracle::excess::Excess;
 
     fn results() -> Results {
+        let excess = Excess { boxes: 3, total: 7.0, ..Excess::default() };
         let build = BuildRow {
             scene: "s".into(),
             builder: "b".into(),
             build_ms: Spread::of(&[2.0]),
-            excess: Some(Excess { boxes: 3, total: 7.0, ..Excess::default() }),
+            survey: Some(Survey { excess: Some(excess), ..Survey::default() }),
             ..BuildRow::default()
         };
         let check = Check { rays: 1000, missed: 2, ..Check::default() };
@@ -154,7 +155,7 @@ mod tests {
     fn nothing_is_drawn_of_what_was_not_measured() {
         let mut few = results();
         few.images.clear();
-        few.builds[0].excess = None;
+        few.builds[0].survey = None;
         few.rays[0].check = None;
         assert!(plots(&few).is_empty());
         // Nobody is wrong, and no t is known.

@@ -2,8 +2,9 @@
 
 use super::plots::{Bar, Lines, Plot, Series, bars, curves, points};
 use super::{Answer, Result, answers, errors};
-use crate::bench::{BuildRow, Key, Report, Results, Table, Views};
-use crate::trace::Precision;
+use crate::bench::{BuildRow, Key, PictureRow, Report, Results, Table, Views};
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use minijinja::value::Serde;
 use minijinja::{AutoEscape, Environment, Value, context};
 use serde::Serialize;
@@ -31,7 +32,9 @@ struct Run {
     planned: usize,
     /// What is wrong with hits.
     faults: Vec<String>,
-    /// Hits judged.
+    /// Likewise, with those of the driver's traversal.
+    drivers_faults: Vec<String>,
+    /// Hits of boxwood that were judged.
     checked: usize,
 }
 
@@ -48,8 +51,17 @@ struct SceneSection {
     name: String,
     triangles: usize,
     plots: Vec<Plot>,
+    pictures: Vec<Shown>,
     /// A builder, and what its build did and skipped.
     explained: Vec<Explained>,
+}
+
+/// A picture.
+#[derive(Debug, Serialize)]
+struct Shown {
+    title: String,
+    /// PNG, in base 64.
+    png: String,
 }
 
 #[derive(Debug, Serialize)]
@@ -127,7 +139,8 @@ fn run(results: &Results) -> Result<Run> {
         planned: results.count() + missing.len(),
         missing,
         faults: report.faults(),
-        checked: sets.iter().filter(|v| v.precision != Precision::Fast.name()).map(|v| v.check.rays).sum(),
+        drivers_faults: report.drivers_faults(),
+        checked: report.checked(),
     })
 }
 
@@ -143,12 +156,22 @@ fn scene(report: &Report, sets: &[Views], name: &str) -> Result<SceneSection> {
     let explained = builds.iter().filter(|b| !b.explain.is_empty());
     Ok(SceneSection {
         name: name.to_owned(),
+        pictures: report.pictures(name).into_iter().filter_map(shown).collect(),
         triangles: builds.first().map_or(0, |b| b.triangles),
         plots,
         explained: explained
             .map(|b| Explained { builder: b.builder.clone(), sentences: b.explain.clone() })
             .collect(),
     })
+}
+
+/// None where its file is gone.
+fn shown(picture: &PictureRow) -> Option<Shown> {
+    let title = match picture.builder.as_str() {
+        "" => "The scene".to_owned(),
+        builder => format!("{builder}: {:.0} ns a ray in the mean", picture.mean_ns),
+    };
+    (!picture.png.is_empty()).then(|| Shown { title, png: STANDARD.encode(&picture.png) })
 }
 
 /// Build time by stage, scaled to the median of whole builds.
@@ -186,21 +209,22 @@ fn rates(sets: &[&Views]) -> Result<Plot> {
 
 fn tests(sets: &[&Views]) -> Result<Plot> {
     let bar = |v: &&Views| {
-        let n = v.rays.max(1) as f64;
-        let parts = [v.tests.boxes, v.tests.oriented, v.tests.triangles].map(|t| t as f64 / n);
-        Bar { label: label(v), parts: parts.into(), range: None }
+        let (n, tests) = (v.rays.max(1) as f64, v.tests?);
+        let parts = [tests.boxes, tests.oriented, tests.triangles].map(|t| t as f64 / n);
+        Some(Bar { label: label(v), parts: parts.into(), range: None })
     };
-    let rows: Vec<Bar> = sets.iter().map(bar).collect();
+    let rows: Vec<Bar> = sets.iter().filter_map(bar).collect();
     let names = ["axis-aligned boxes", "oriented boxes", "triangles"].map(str::to_owned);
     bars("Tests of a ray that walks alone", "tests a ray", &names, &rows)
 }
 
 fn levels(builds: &[&BuildRow]) -> Result<Plot> {
-    let of = |b: &&BuildRow| Series {
-        name: b.builder.clone(),
-        points: b.tree.area_by_level.iter().enumerate().map(|(i, a)| [i as f64, *a]).collect(),
+    let of = |b: &&BuildRow| {
+        let areas = &b.survey.as_ref()?.tree.area_by_level;
+        let points = areas.iter().enumerate().map(|(i, a)| [i as f64, *a]).collect();
+        Some(Series { name: b.builder.clone(), points })
     };
-    let series: Vec<Series> = builds.iter().map(of).collect();
+    let series: Vec<Series> = builds.iter().filter_map(of).collect();
     let units = ["level, the root's is 0", "area over the scene's"];
     curves("Area of nodes and leaves by level", units, &series)
 }
@@ -214,7 +238,8 @@ fn predicted(report: &Report, sets: &[Views]) -> Result<Plot> {
         else {
             continue;
         };
-        let point = [build.tight.cost, v.trace_ms.median * 1e6 / v.rays.max(1) as f64];
+        let Some(survey) = &build.survey else { continue };
+        let point = [survey.tight.cost, v.trace_ms.median * 1e6 / v.rays.max(1) as f64];
         match series.iter_mut().find(|s| s.name == v.builder) {
             Some(s) => s.points.push(point),
             None => series.push(Series { name: v.builder.to_owned(), points: vec![point] }),

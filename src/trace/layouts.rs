@@ -193,6 +193,7 @@ impl Binary {
             triangles: bvh.triangles.ptr().cast(),
             hits: batch.hits.ptr_mut(),
             tests: batch.tests.as_ref().map_or(PtrMut::new(0), Buffer::ptr_mut),
+            steps: PtrMut::new(0),
             order: Ptr::new(0),
             count,
             root: self.root,

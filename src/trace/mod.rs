@@ -9,7 +9,7 @@ pub use coherence::is_coherent;
 
 use crate::abi::{
     Hit, Ptr, PtrMut, Ray, SPEC_ANY, SPEC_COUNT, SPEC_FEW, SPEC_ITEMS, SPEC_LEAF_BITS, SPEC_ORDERED,
-    SPEC_ORIENTED, SPEC_ROBUST, SPEC_STACK, SPEC_WG, Tests, TraceArgs, WIDTH,
+    SPEC_ORIENTED, SPEC_ROBUST, SPEC_STACK, SPEC_STEPS, SPEC_WG, Steps, Tests, TraceArgs, WIDTH,
 };
 use crate::bvh::Bvh;
 use crate::device::{Buffer, Device, DeviceError, Recorder, Result, Times, Timing};
@@ -164,6 +164,8 @@ pub struct Batch {
     pub hits: Buffer<Hit>,
     /// One a ray where tests are counted.
     pub tests: Option<Buffer<Tests>>,
+    /// One a ray where steps are counted: see [`Batch::count_steps`].
+    pub steps: Option<Buffer<Steps>>,
     /// Rays taken so far, for [`Walk::Persistent`].
     next: Buffer<u32>,
     /// Rays in use.
@@ -182,10 +184,20 @@ impl Batch {
             rays: Buffer::new(device, "trace.rays", capacity)?,
             hits: Buffer::new(device, "trace.hits", capacity)?,
             tests: if counting { Some(Buffer::new(device, "trace.tests", capacity)?) } else { None },
+            steps: None,
             next: Buffer::new(device, "trace.next", 1)?,
             count: 0,
             raysort: Mutex::new(None),
         })
+    }
+
+    /// Makes room for steps, which are counted from now on, by variants of the kernels as for tests.
+    ///
+    /// # Errors
+    /// Not enough device memory.
+    pub fn count_steps(&mut self, device: &Arc<Device>) -> Result<()> {
+        self.steps = Some(Buffer::new(device, "trace.steps", self.rays.len())?);
+        Ok(())
     }
 
     /// Uploads `rays`, at most as many as there is room for.
@@ -198,7 +210,7 @@ impl Batch {
     }
 
     /// Records the sort of the rays; their order.
-    fn sort(&self, rec: &mut Recorder) -> Result<Ptr<u32>> {
+    pub(crate) fn sort(&self, rec: &mut Recorder) -> Result<Ptr<u32>> {
         let mut raysort = self.raysort.lock().unwrap_or_else(PoisonError::into_inner);
         let raysort = match &mut *raysort {
             Some(r) if r.capacity() >= self.count => r,
@@ -257,6 +269,7 @@ fn record(rec: &mut Recorder, bvh: &Bvh, batch: &Batch, options: Options) -> Res
         (SPEC_LEAF_BITS, bvh.leaf_bits),
         (SPEC_ANY, (options.query == Query::Any).into()),
         (SPEC_COUNT, batch.tests.is_some().into()),
+        (SPEC_STEPS, batch.steps.is_some().into()),
         (SPEC_ROBUST, (options.precision == Precision::Robust).into()),
         (SPEC_FEW, shape.persistent_few),
         (SPEC_ORDERED, (options.order == RayOrder::Sorted).into()),
@@ -281,6 +294,7 @@ fn record(rec: &mut Recorder, bvh: &Bvh, batch: &Batch, options: Options) -> Res
         triangles: bvh.triangles.ptr().cast(),
         hits: batch.hits.ptr_mut(),
         tests: batch.tests.as_ref().map_or(PtrMut::new(0), Buffer::ptr_mut),
+        steps: batch.steps.as_ref().map_or(PtrMut::new(0), Buffer::ptr_mut),
         next: batch.next.ptr_shared(),
         order,
         count,

@@ -43,8 +43,9 @@ fn every_kind_of_error_is_measured() {
         String::from_utf8_lossy(&out.stderr)
     );
     let all = rows(&folder);
-    // Two scenes × three builders × (a build, four sets of rays), and two kinds of pictures by two samplers, 1 and 4 samples.
-    assert_eq!(all.len(), 2 * (3 * 5 + 2 * 2 * 2));
+    // Two scenes × three builders × (a build, four sets of rays); two kinds of pictures by two samplers, 1 and 4 samples;
+    // the scene, and a map a builder.
+    assert_eq!(all.len(), 2 * (3 * 5 + 2 * 2 * 2 + 1 + 3));
 
     // Hits: the robust test is never wrong, the fast one is at vertices.
     let at_vertices = [("set", "vertices"), ("builder", "ploc-fast")];
@@ -94,6 +95,11 @@ fn every_kind_of_error_is_measured() {
         "Errors of pictures",
     ] {
         assert!(page.contains(title), "{title}");
+    }
+    assert_eq!(page.matches("data:image/png;base64,").count(), 2 * (1 + 3));
+    for row in of(&all, "picture", &[]) {
+        let file = format!("r/pictures/{}", row["file"].as_str().unwrap());
+        assert_eq!(image::open(folder.path(&file)).unwrap().width(), 48);
     }
     assert!(page.contains("none is wrong") && !page.contains("Hits are wrong"));
 }

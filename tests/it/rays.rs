@@ -8,8 +8,9 @@ use boxwood::abi::{Hit, Ray};
 use boxwood::bvh::{Bvh, Recipe, SceneBuffers, build};
 use boxwood::device::{Device, Timing};
 use boxwood::oracle::rays as twin;
+use boxwood::oracle::reference::Reference;
 use boxwood::scene::{self, Camera, Progress, Scene};
-use boxwood::trace::rays::{Light, Sampler, Secondary, View, pixel_order, primary, secondary};
+use boxwood::trace::rays::{Aimed, Light, Sampler, Secondary, View, pixel_order, primary, secondary};
 use boxwood::trace::{Batch, Options, Query, trace};
 use glam::{DVec3, Vec3};
 use std::sync::Arc;
@@ -352,4 +353,19 @@ fn no_rays_from_misses_or_triangles_without_a_normal() {
     assert_eq!((taken, out.count), (7, 0), "no samples, no rays");
     let many = Secondary { samples: 1001, ..kind };
     assert!(secondary(&device, &buffers, &primaries, &many, 0, &mut out, Timing::Off).is_err());
+}
+
+#[test]
+fn rays_aimed_from_within_a_closed_surface_hit() {
+    let sphere = generated("sphere:500");
+    let reference = Reference::new(&sphere);
+    for aimed in Aimed::ALL {
+        let rays = aimed.rays(&sphere, 400);
+        // Those that begin outside of the sphere too: what they are aimed at is there.
+        let met = |ray: &&Ray| reference.closest(ray).is_some_and(|hit| (0.0..1.000_01).contains(&hit.t));
+        let count = rays.iter().filter(met).count();
+        assert!(count > 300, "{}: {count}", aimed.name());
+        assert_eq!(rays.len(), 400);
+    }
+    assert!(Aimed::Edges.rays(&Scene::default(), 9).is_empty());
 }

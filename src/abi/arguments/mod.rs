@@ -4,6 +4,7 @@ mod binary;
 mod boxes;
 mod order;
 mod packed;
+mod ray_query;
 mod rays;
 mod trace;
 
@@ -11,5 +12,6 @@ pub use binary::*;
 pub use boxes::*;
 pub use order::*;
 pub use packed::*;
+pub use ray_query::*;
 pub use rays::*;
 pub use trace::*;

@@ -17,6 +17,8 @@ abi! {
         hits: PtrMut<Hit>,
         /// One a ray; not followed where SPEC_COUNT is 0.
         tests: PtrMut<Tests>,
+        /// One a ray; not followed where SPEC_STEPS is 0.
+        steps: PtrMut<Steps>,
         /// Rays that `trace/persistent` has taken: one number.
         next: PtrShared<u32>,
         /// Rays in the order in which they are taken; not followed where SPEC_ORDERED is 0.
@@ -48,6 +50,8 @@ abi! {
         hits: PtrMut<Hit>,
         /// One a ray; not followed where SPEC_COUNT is 0.
         tests: PtrMut<Tests>,
+        /// One a ray; not followed where SPEC_STEPS is 0.
+        steps: PtrMut<Steps>,
         /// Not followed: rays are taken as they come.
         order: Ptr<u32>,
         /// Rays.

@@ -4,8 +4,8 @@
 use super::shown::{Kind, Shown};
 use crate::abi::{Hit, Ray};
 use crate::bvh::{Bvh, FACES, PlacedBox, Recipe, SceneBuffers, build};
-use crate::cli::image::{LETTER, Picture, text_width};
 use crate::device::{Device, Timing};
+use crate::picture::{LETTER, Picture, text_width};
 use crate::scene::Scene;
 use crate::trace::rays::{View, pixel_order, primary};
 use crate::trace::{Batch, Options, Walk, trace};

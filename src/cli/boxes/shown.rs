@@ -2,7 +2,7 @@
 
 use crate::bvh::{Bvh, Child, FACES, Level, NodeBox, PlacedBox};
 use crate::cli::Global;
-use crate::cli::image::oklch;
+use crate::picture::oklch;
 use crate::scene::Scene;
 use crate::scene::write::{Part, halves};
 use anyhow::Result;

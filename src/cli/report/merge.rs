@@ -34,7 +34,14 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     }
     for (folder, run) in folders.iter().zip(&runs) {
         fs::create_dir_all(folder).with_context(|| format!("can't make the folder {}", folder.display()))?;
-        Output::new(&folder.join(ROWS))?.finish(&run.to_lines()?)?;
+        let rows = folder.join(ROWS);
+        for (file, bytes) in run.files_beside(&rows) {
+            let beside = file.parent().unwrap_or(folder);
+            fs::create_dir_all(beside)
+                .with_context(|| format!("can't make the folder {}", beside.display()))?;
+            Output::new(&file)?.finish(bytes)?;
+        }
+        Output::new(&rows)?.finish(&run.to_lines()?)?;
         write_run(global, folder, run)?;
     }
     let page = args.out.join(REPORT);

@@ -21,14 +21,14 @@ fn results(racers: &[(&str, f64, [f64; 3])]) -> Results {
         set: "diffuse".into(),
         rays: 1_000_000,
         trace_ms: spread(*ms),
-        tests: TestTotals { boxes: 1_000_000 * name.len() as u64, ..TestTotals::default() },
+        tests: Some(TestTotals { boxes: 1_000_000 * name.len() as u64, ..TestTotals::default() }),
         ..RayRow::default()
     };
     Results {
         header: Header { order, costs, ..Header::default() },
         builds: racers.iter().map(build).collect(),
         rays: racers.iter().map(rays).collect(),
-        images: vec![],
+        ..Results::default()
     }
 }
 

@@ -1,7 +1,7 @@
 #![allow(clippy::unwrap_used)]
 
 use super::*;
-use crate::bench::{Header, KernelTime, Order, RayRow, Spread};
+use crate::bench::{Check, Header, KernelTime, Order, RayRow, Spread, Survey};
 use crate::oracle::validate::Stats;
 
 /// Names as files may have them.
@@ -11,12 +11,13 @@ fn results(scene: &str) -> Results {
     let spread = Spread::of(&[1.0, 2.0, 3.0]);
     let kernels = vec![KernelTime { name: "ploc/search".into(), count: 2, ms: 0.5 }];
     let tree = Stats { area_by_level: vec![1.0, 0.5], ..Stats::default() };
+    let survey = Some(Survey { tree, ..Survey::default() });
     let build = BuildRow {
         scene: scene.into(),
         builder: "ploc".into(),
         build_ms: spread,
         kernels,
-        tree,
+        survey,
         explain: vec![format!("skipped {scene}")],
         ..BuildRow::default()
     };
@@ -32,7 +33,7 @@ fn results(scene: &str) -> Results {
     let order = Order { scenes: vec![scene.into()], ..Order::default() };
     let header =
         Header { device: "a device".into(), order, command: vec![scene.into()], ..Header::default() };
-    Results { header, builds: vec![build], rays: vec![rays], images: vec![] }
+    Results { header, builds: vec![build], rays: vec![rays], images: vec![], pictures: vec![] }
 }
 
 #[test]
@@ -42,6 +43,23 @@ fn names_are_text() {
     for markup in ["<script", "alert('a')</", "\"&amp;.obj", "onerror="] {
         assert!(!page.contains(markup), "{markup}");
     }
+}
+
+#[test]
+fn pictures_are_in_the_page() {
+    let mut run = results(HOSTILE);
+    let of = |builder: &str, png: &[u8]| PictureRow {
+        scene: HOSTILE.into(),
+        builder: builder.into(),
+        png: png.to_vec(),
+        ..PictureRow::default()
+    };
+    run.pictures = vec![of("gone", &[]), of("ploc", b"Man"), of("", b"sun")];
+    run.header.order.builders = vec!["ploc".into()];
+    let page = html(&[run]).unwrap();
+    let at = |text: &str| page.find(text);
+    let (scene, map) = (at("base64,c3Vu").unwrap(), at("base64,TWFu").unwrap());
+    assert!(scene < map && at("gone:").is_none(), "the scene first, none without a file");
 }
 
 #[test]
@@ -86,4 +104,22 @@ fn no_rows_make_a_page_too() {
 fn counts_are_short() {
     let shown = [0.0, 870.0, 3_140.0, 99_900.0, 1_000_000.0, 12_345_678.0, 4e9].map(count);
     assert_eq!(shown, ["0", "870", "3.1k", "100k", "1.0M", "12M", "4.0G"]);
+}
+
+#[test]
+fn a_drivers_faults_are_not_boxwoods() {
+    let mut run = results("dragon");
+    let check =
+        |rays, verdict: Option<&str>| Check { rays, verdict: verdict.map(Into::into), ..Check::default() };
+    run.rays[0].check = Some(check(1000, None));
+    let mut theirs = run.rays[0].clone();
+    (theirs.builder, theirs.kernel) = ("ray-query".into(), "ray_query/trace".into());
+    theirs.check = Some(check(1000, Some("seven missed")));
+    run.rays.push(theirs);
+    let report = Report::new(&run);
+    assert_eq!((report.faults().len(), report.drivers_faults().len(), report.checked()), (0, 1, 1000));
+    let page = html(&[run]).unwrap();
+    for text in ["none is wrong", "wrong about some hits", "ray-query, view 1", "seven missed"] {
+        assert!(page.contains(text), "{text}");
+    }
 }

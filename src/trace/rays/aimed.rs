@@ -58,27 +58,3 @@ impl Aimed {
         (0..count as u64).map(ray).collect()
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::oracle::reference::Reference;
-    use crate::scene::{Generator, Progress};
-
-    #[test]
-    fn rays_from_within_a_closed_surface_hit() {
-        let sphere =
-            Generator::Sphere.generate("aimed", 500, Progress::Quiet).unwrap_or_else(|e| panic!("{e}"));
-        let reference = Reference::new(&sphere);
-        for aimed in Aimed::ALL {
-            let rays = aimed.rays(&sphere, 400);
-            // Those that begin outside of the sphere too: what they are aimed at is there.
-            let close =
-                |ray: &&Ray| reference.closest(ray).is_some_and(|hit| (0.0..1.000_01).contains(&hit.t));
-            let met = rays.iter().filter(close).count();
-            assert!(met > 300, "{}: {met}", aimed.name());
-            assert_eq!(rays.len(), 400);
-        }
-        assert!(Aimed::Edges.rays(&Scene::default(), 9).is_empty());
-    }
-}
