@@ -1,7 +1,8 @@
 //! Two runs, row by row: ratios, and how sure they are. For gates: what is past a threshold, and not by noise.
 
 use super::plan::Key;
-use super::rows::{BuildRow, RayRow, Results};
+use super::results::Results;
+use super::row::{BuildRow, RayRow};
 use super::{Costs, Spread};
 use serde::Serialize;
 

@@ -1,7 +1,7 @@
 //! What the benchmark does: a preset with its parents' values filled in, and what the command line changes.
 
 use super::images;
-use super::rows::Order;
+use super::row::Order;
 use crate::abi::{Aabb, Ray};
 use crate::bvh::{Fit, Recipe};
 use crate::ray_query::TriangleOrder;

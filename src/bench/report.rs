@@ -2,7 +2,8 @@
 
 use super::images::ImageRow;
 use super::pictures::PictureRow;
-use super::rows::{BuildRow, Header, RayRow, Results, Survey};
+use super::results::Results;
+use super::row::{BuildRow, Header, RayRow, Survey};
 use super::{Table, TestTotals, Views};
 use crate::trace::Precision;
 

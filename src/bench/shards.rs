@@ -2,7 +2,8 @@
 
 use super::images::ImageRow;
 use super::plan::Key;
-use super::rows::{BuildRow, RayRow, Results};
+use super::results::Results;
+use super::row::{BuildRow, RayRow};
 
 impl Results {
     /// Rows that the plan asks for and that are not there: of shards that are not, or of a run that was cut off. None of a

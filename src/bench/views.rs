@@ -1,6 +1,6 @@
 //! Rows of rays that differ in their view alone, added up.
 
-use super::rows::{Check, RayRow};
+use super::row::{Check, RayRow};
 use super::{Spread, TestTotals};
 use crate::oracle::compare::Quantiles;
 use crate::trace::Boxes;

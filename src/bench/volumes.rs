@@ -1,6 +1,6 @@
 //! The table of boxes: Table 6.1's measures of trees against axis-aligned ones.
 
-use super::rows::BuildRow;
+use super::row::BuildRow;
 use super::{Report, Survey, Table};
 
 impl Report<'_> {
