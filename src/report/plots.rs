@@ -2,6 +2,7 @@
 
 use super::{ReportError, Result};
 use plotters::coord::Shift;
+use plotters::coord::combinators::WithKeyPoints;
 use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -167,8 +168,33 @@ where
         .build_cartesian_2d(x, y)?;
     let mut mesh = chart.configure_mesh();
     mesh.light_line_style(TRANSPARENT).x_desc(units[0]).y_desc(units[1]);
+    mesh.x_label_formatter(&number).y_label_formatter(&number);
     mesh.label_style(FONT).axis_desc_style(FONT).draw()?;
     Ok(chart)
+}
+
+/// A tick's number in few characters.
+fn number(x: &f64) -> String {
+    match x.abs() {
+        0.0 => "0".to_owned(),
+        1e-3..1e5 => format!("{}", (x * 1e4).round() / 1e4),
+        _ => format!("{x:.0e}"),
+    }
+}
+
+/// A logarithmic axis. Its ticks: decades, every few of them where they are many, shares of one where they are few.
+fn logarithmic([low, high]: [f64; 2]) -> WithKeyPoints<LogCoord<f64>> {
+    let [first, last] = [low.log10().floor() as i32, high.log10().ceil() as i32];
+    let every = 1 + (last - first) as usize / 8;
+    let ticks = |digits: &[f64], every| {
+        let decade = |k: i32| digits.iter().map(move |d| d * 10f64.powi(k)).collect::<Vec<_>>();
+        let all = (first..=last).step_by(every).flat_map(decade);
+        all.filter(|x| (low..=high).contains(x)).collect::<Vec<f64>>()
+    };
+    let finer = [&[1.0][..], &[1.0, 3.0], &[1.0, 2.0, 5.0], &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0]];
+    let found = finer.map(|digits| ticks(digits, every));
+    let enough = found.iter().find(|t| t.len() >= 3).unwrap_or(&found[3]);
+    (low..high).log_scale().with_key_points(enough.clone())
 }
 
 /// Curves over whole numbers from 0; the other axis is logarithmic, and what is not above 0 left out.
@@ -176,7 +202,7 @@ pub(super) fn curves(title: &str, units: [&str; 2], series: &[Series]) -> Result
     let [low, high] = range(series, 1);
     let most = series.iter().flat_map(|s| &s.points).map(|p| p[0]).fold(1.0, f64::max);
     let svg = drawn(title, 340, |area| {
-        let mut chart = chart(area, units, 0.0..most, (low..high).log_scale())?;
+        let mut chart = chart(area, units, 0.0..most, logarithmic([low, high]))?;
         for (i, s) in series.iter().enumerate() {
             let points = s.points.iter().filter(|p| p[1] > 0.0).map(|p| (p[0], p[1]));
             chart.draw_series(LineSeries::new(points, colour(i).stroke_width(2)))?;
@@ -208,7 +234,7 @@ pub(super) fn points(title: &str, units: [&str; 2], series: &[Series], lines: Li
         there.then(|| (p[0], if p[1] > 0.0 { p[1] } else { foot * 1.3 }))
     };
     let svg = drawn(title, 380, |area| {
-        let mut chart = chart(area, units, (left..right).log_scale(), (foot..high).log_scale())?;
+        let mut chart = chart(area, units, logarithmic([left, right]), logarithmic([foot, high]))?;
         if lines != Lines::None {
             let all: Vec<[f64; 2]> = series.iter().flat_map(|s| &s.points).copied().collect();
             let front = front(&all);
@@ -252,6 +278,17 @@ mod tests {
         let points = [[3.0, 1.0], [1.0, 5.0], [2.0, 5.0], [2.0, 2.0], [1.0, 7.0], [4.0, 1.0], [5.0, 0.0]];
         assert_eq!(front(&points), [[1.0, 5.0], [2.0, 2.0], [3.0, 1.0], [5.0, 0.0]]);
         assert!(front(&[]).is_empty());
+    }
+
+    #[test]
+    fn axes_have_few_ticks_in_few_characters() {
+        for (low, high) in [(1.0, 2.0), (0.9, 11.0), (3.0, 900.0), (1e-8, 1e-6), (1e-9, 1e9), (40.0, 41.0)] {
+            let axis = logarithmic([low, high]);
+            let n = axis.bold_points().len();
+            assert!((if high / low > 1.3 { 2 } else { 0 }..=10).contains(&n), "{low} to {high}: {n}");
+        }
+        let texts = [0.0, 0.05, 1.5, 20.0, 3e4, 1e6, 4e-8].map(|x| number(&x));
+        assert_eq!(texts, ["0", "0.05", "1.5", "20", "30000", "1e6", "4e-8"]);
     }
 
     #[test]
