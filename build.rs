@@ -16,9 +16,8 @@ const GLSL: &str = "glsl";
 /// Name, 64-bit integers and floats: in the order of `Kernel::spirv`.
 const MODES: [(&str, bool); 2] = [("narrow", false), ("wide", true)];
 
-/// Of kernels whose invocations hand values to each other: their loads and stores say whether they have part in that, and
-/// what makes these available and visible is written at each hand-over (`glsl/lib/handover.glsl`). Others read and write
-/// nothing but what is their own, or add up by atomics what later dispatches read.
+/// For kernels whose invocations hand values to each other: see `glsl/lib/handover.glsl`. The others have no use for it, and
+/// in it each access to a workgroup's own memory is a barrier to some drivers.
 const MEMORY_MODEL: &str =
     "#pragma use_vulkan_memory_model\n#extension GL_KHR_memory_scope_semantics : require\n";
 
@@ -163,6 +162,7 @@ fn glsl_type(rust: &str) -> Type {
         }
         .to_owned()
     };
+    // Of the array, not of its block: the compiler passes some on to it, but not `nonprivate`.
     for (prefix, qualifier) in
         [("Ptr<", "readonly restrict"), ("PtrMut<", "restrict"), ("PtrShared<", "nonprivate")]
     {
