@@ -7,7 +7,8 @@
 //!    A choice of its own (a degree, a number of bins) goes to [`Recipe`], with its range in `Recipe::check`.
 //! 2. `src/abi/arguments/`: a struct a kernel, marked `@kernel "stage/verb"`. `build.rs` makes its GLSL and refuses a kernel
 //!    whose offsets differ.
-//! 3. `glsl/<stage>/<verb>.comp`, a dispatch each, of any subgroup size, in which no workgroup waits for another.
+//! 3. `glsl/<stage>/<verb>.comp`, a dispatch each, of any subgroup size, in which no workgroup waits for another. What
+//!    invocations of a dispatch hand to each other lies behind `PtrShared` and passes `glsl/lib/handover.glsl`.
 //! 4. `src/bvh/<stage>.rs` records them into `Build`'s recorder and returns a `RawTree` over the triangles in some order:
 //!    one node fewer than triangles, each numbered by the rank at which it splits, so that trees are the same everywhere,
 //!    and how each is best cut. Leaves, packing and orienting are done for every builder by what follows; a `match` in

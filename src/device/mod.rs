@@ -255,6 +255,7 @@ impl Device {
             .pipeline_statistics_query(info.has_statistics);
         let mut v12 = vk::PhysicalDeviceVulkan12Features::default()
             .buffer_device_address(true)
+            .vulkan_memory_model(true)
             .scalar_block_layout(true);
         let queues = [vk::DeviceQueueCreateInfo::default()
             .queue_family_index(info.queue_family)

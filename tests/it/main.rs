@@ -15,6 +15,7 @@ mod dito;
 mod errors;
 mod gpu;
 mod grid;
+mod handover;
 mod jobs;
 mod layers;
 mod layout;
