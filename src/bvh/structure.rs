@@ -217,8 +217,7 @@ fn fields(node: &Node) -> Result<(), &'static str> {
     if (node.exponents & ORIENTED_BIT != 0) != oriented {
         return Err("its frame and what its exponents say of it are at odds");
     }
-    // Negated, so that no frame passes by being no number.
-    if oriented && (!(Frame::of(node.frame).stretch() < MOST_STRETCH) || node.frame[1] >> 31 != 0) {
+    if oriented && (Frame::of(node.frame).stretch() >= MOST_STRETCH || node.frame[1] >> 31 != 0) {
         return Err("its frame is no least rotation of a box");
     }
     Ok(())

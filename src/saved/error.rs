@@ -73,21 +73,13 @@ pub enum Fault {
     },
     /// Another scene than the tree's.
     #[error(
-        "its scene is another one: it was built from {saved:?} of {saved_triangles} triangles, corners {saved_hash}, and {given:?} has {given_triangles}, corners {given_hash}; give the scene that it was built from, turned, scaled and moved alike, or build and save that one's tree"
+        "its scene is another one: it was built from {saved}, and given is {given}; give the scene that it was built from, turned, scaled and moved alike, or build and save the tree of the other"
     )]
     OtherScene {
-        /// Name of the tree's.
+        /// Name, triangles and hash of the tree's.
         saved: String,
-        /// Triangles of the tree's.
-        saved_triangles: u64,
-        /// Hash of the tree's, its beginning.
-        saved_hash: String,
-        /// Name of the one given.
+        /// Those of the one given.
         given: String,
-        /// Triangles of the one given.
-        given_triangles: usize,
-        /// Hash of the one given, its beginning.
-        given_hash: String,
     },
     /// More than the host has.
     #[error("{0} bytes don't fit in memory; use a machine with more, or build a smaller scene's tree")]

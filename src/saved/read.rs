@@ -37,14 +37,16 @@ impl Loaded {
         if given == self.origin.corners {
             return Ok(());
         }
-        let short = |hash: &str| hash.chars().take(12).collect();
+        let said = |name: &str, triangles: u64, hash: &str| {
+            format!(
+                "{name:?} of {triangles} triangles, corners {}…",
+                hash.chars().take(12).collect::<String>()
+            )
+        };
+        let triangles = u64::from(self.bvh.triangle_count) + u64::from(self.bvh.left_out);
         Err(Fault::OtherScene {
-            saved: self.origin.scene.clone(),
-            saved_triangles: u64::from(self.bvh.triangle_count) + u64::from(self.bvh.left_out),
-            saved_hash: short(&self.origin.corners),
-            given: scene.name.clone(),
-            given_triangles: scene.triangles.len(),
-            given_hash: short(&given),
+            saved: said(&self.origin.scene, triangles, &self.origin.corners),
+            given: said(&scene.name, scene.triangles.len() as u64, &given),
         })
     }
 }
@@ -311,12 +313,12 @@ impl Triangles {
     fn look(&mut self, first: usize, words: &[u32], scene: u64) {
         for (i, triangle) in words.chunks_exact(WORDS).enumerate() {
             let (corners, index) = (&triangle[..WORDS - 1], triangle[WORDS - 1]);
-            let wrong = match () {
-                () if u64::from(index) >= scene => format!("is the scene's {index}, which has {scene}"),
-                () if corners.iter().any(|x| !f32::from_bits(*x).is_finite()) => {
-                    "has a corner nowhere".into()
-                }
-                () => continue,
+            let wrong = if u64::from(index) >= scene {
+                format!("is the scene's {index}, which has {scene}")
+            } else if corners.iter().any(|x| !f32::from_bits(*x).is_finite()) {
+                "has a corner nowhere".to_owned()
+            } else {
+                continue;
             };
             if self.fault.is_none() {
                 self.fault = Some(Fault::invalid("corners", format!("triangle {} {wrong}", first + i)));

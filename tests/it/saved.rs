@@ -483,7 +483,7 @@ fn programs_save_and_query() {
     assert_eq!(report["saved"]["bytes"], file.len());
     assert!(report["saved"]["ms"].as_f64().is_some_and(|ms| ms > 0.0), "{report}");
 
-    let query = |args: &[&str]| [&["query", "--rays", "a.rays", "--runs", "1"], args].concat();
+    let query = |args: &[&'static str]| [&["query", "--rays", "a.rays", "--runs", "1"][..], args].concat();
     let fresh =
         json(&folder.run(&query(&["two.tri", "--out", "b.hits", "--builder", "lbvh", "--max-leaf", "1"])));
     let out = folder.run(&query(&["--tree", "t.boxwood", "--out", "a.hits", "--explain"]));
@@ -523,7 +523,8 @@ fn programs_refuse_and_leave_nothing() {
     fs::write(folder.path("newer.boxwood"), newer).unwrap();
     folder.write("one.tri", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
 
-    let query = |args: &[&'static str]| [&["query", "--rays", "a.rays", "--out", "a.hits"], args].concat();
+    let query =
+        |args: &[&'static str]| [&["query", "--rays", "a.rays", "--out", "a.hits"][..], args].concat();
     for (tree, words) in [
         ("short.boxwood", "short.boxwood: cut short"),
         ("flipped.boxwood", "flipped.boxwood: damaged"),
