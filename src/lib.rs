@@ -17,6 +17,7 @@
 //! | [`scene`] | meshes: files, fetched ones, generators, cameras |
 //! | [`device`] | Vulkan: selection, buffers, pipelines, recorded passes, times; knows no trees |
 //! | [`bvh`] | records a build; knows no files |
+//! | [`saved`] | built trees as files |
 //! | [`trace`] | rays and their hits |
 //! | [`ray_query`] | the driver's own structures and their traversal, to compare with |
 //! | [`oracle`] | CPU twins of the kernels, and an f64 reference that they and the device answer to |
@@ -89,5 +90,6 @@ pub mod picture;
 pub mod profile;
 pub mod ray_query;
 pub mod report;
+pub mod saved;
 pub mod scene;
 pub mod trace;

@@ -44,6 +44,7 @@ mod recipe;
 mod recut;
 mod slabs;
 mod sort;
+pub mod structure;
 mod tree;
 
 pub use bases::{Bases, Generator};

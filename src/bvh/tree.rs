@@ -124,6 +124,16 @@ pub enum Child {
     },
 }
 
+/// What a child reference means, where leaves hold their size in so many bits.
+pub(super) fn child_of(reference: u32, leaf_bits: u32) -> Child {
+    if reference & LEAF_BIT == 0 {
+        return Child::Node(reference);
+    }
+    let low = 31 - leaf_bits;
+    let count = ((reference & !LEAF_BIT) >> low) + 1;
+    Child::Leaf { first: reference & ((1 << low) - 1), count }
+}
+
 /// A child's box.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Volume {
@@ -150,12 +160,7 @@ impl Volume {
 impl HostTree {
     /// What a child reference means.
     pub fn child(&self, reference: u32) -> Child {
-        if reference & LEAF_BIT == 0 {
-            return Child::Node(reference);
-        }
-        let low = 31 - self.leaf_bits;
-        let count = ((reference & !LEAF_BIT) >> low) + 1;
-        Child::Leaf { first: reference & ((1 << low) - 1), count }
+        child_of(reference, self.leaf_bits)
     }
 
     /// The children of `node` and their boxes.

@@ -68,19 +68,19 @@ impl<'p> Output<'p> {
 
     /// Writes `bytes` and gives the file its name.
     pub(super) fn finish(self, bytes: &[u8]) -> Result<()> {
+        self.finish_by(|out| Ok(out.write_all(bytes)?))
+    }
+
+    /// Has `write` write it, and gives the file its name.
+    pub(super) fn finish_by<T>(self, write: impl FnOnce(&mut fs::File) -> Result<T>) -> Result<T> {
         let failed = || format!("can't write {}", self.path.display());
-        match self.beside {
-            None => fs::OpenOptions::new()
-                .write(true)
-                .open(self.path)
-                .and_then(|mut f| f.write_all(bytes))
-                .with_context(failed),
-            Some(mut file) => {
-                file.write_all(bytes).and_then(|()| file.flush()).with_context(failed)?;
-                file.persist(self.path).map_err(|e| e.error).with_context(failed)?;
-                Ok(())
-            }
-        }
+        let Some(mut file) = self.beside else {
+            let mut file = fs::OpenOptions::new().write(true).open(self.path).with_context(failed)?;
+            return write(&mut file).with_context(failed);
+        };
+        let written = write(file.as_file_mut()).with_context(failed)?;
+        file.persist(self.path).map_err(|e| e.error).with_context(failed)?;
+        Ok(written)
     }
 }
 

@@ -19,12 +19,13 @@ mod query;
 mod render;
 mod report;
 mod scenes;
+mod tree;
 mod values;
 
 use crate::device::{Device, Options};
 use crate::scene::{self, Progress, Scene};
 use anyhow::Result;
-use choices::SceneArgs;
+use choices::{SceneArgs, TransformArgs};
 use clap::{ArgAction, Args, Parser, Subcommand};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -146,7 +147,11 @@ impl Global {
     }
 
     fn open_scene(&self, args: &SceneArgs) -> Result<Scene> {
-        let scene = args.transform.transform().apply(scene::open(&args.spec, &self.scene_options())?)?;
+        self.open(&args.spec, &args.transform)
+    }
+
+    fn open(&self, spec: &str, transform: &TransformArgs) -> Result<Scene> {
+        let scene = transform.transform().apply(scene::open(spec, &self.scene_options())?)?;
         warn_of(&scene);
         Ok(scene)
     }

@@ -207,10 +207,19 @@ impl<T: bytemuck::NoUninit> Buffer<T> {
     /// # Errors
     /// A failed copy; more elements than fit.
     pub fn write(&self, elements: &[T]) -> Result<()> {
+        self.write_at(0, elements)
+    }
+
+    /// Likewise, from element `first` on.
+    ///
+    /// # Errors
+    /// A failed copy; more elements than fit.
+    pub fn write_at(&self, first: usize, elements: &[T]) -> Result<()> {
         let device = &self.memory.device;
         let bytes: &[u8] = bytemuck::cast_slice(elements);
-        if bytes.len() as u64 > self.memory.bytes {
-            let (wanted, limit) = (elements.len() as u64, self.len as u64);
+        let from = (first as u64).saturating_mul(size_of::<T>() as u64);
+        if from.saturating_add(bytes.len() as u64) > self.memory.bytes {
+            let (wanted, limit) = ((first as u64).saturating_add(elements.len() as u64), self.len as u64);
             return Err(DeviceError::Limit { what: "elements to write".into(), wanted, limit });
         }
         if bytes.is_empty() {
@@ -222,7 +231,7 @@ impl<T: bytemuck::NoUninit> Buffer<T> {
             let Some(mapped) = staging.mapped() else { return Err(unmapped("staging.write")) };
             mapped[..chunk.len()].copy_from_slice(chunk);
             let mut rec = Recorder::new(device, super::Timing::Off)?;
-            rec.copy_bytes(&staging, 0, &self.memory, (i * STAGING) as u64, chunk.len() as u64);
+            rec.copy_bytes(&staging, 0, &self.memory, from + (i * STAGING) as u64, chunk.len() as u64);
             rec.submit()?;
         }
         Ok(())
@@ -262,8 +271,17 @@ impl<T: bytemuck::Pod> Buffer<T> {
     /// # Errors
     /// A failed copy; more elements than there are.
     pub fn read_first(&self, count: usize) -> Result<Vec<T>> {
-        if count > self.len {
-            let (wanted, limit) = (count as u64, self.len as u64);
+        self.read_from(0, count)
+    }
+
+    /// `count` elements from `first` on.
+    ///
+    /// # Errors
+    /// A failed copy; more elements than there are.
+    pub fn read_from(&self, first: usize, count: usize) -> Result<Vec<T>> {
+        let end = first.saturating_add(count);
+        if end > self.len {
+            let (wanted, limit) = (end as u64, self.len as u64);
             return Err(DeviceError::Limit { what: "elements to read".into(), wanted, limit });
         }
         let mut out = vec![T::zeroed(); count];
@@ -272,11 +290,12 @@ impl<T: bytemuck::Pod> Buffer<T> {
             return Ok(out);
         }
         let device = &self.memory.device;
+        let from = (first * size_of::<T>()) as u64;
         let size = bytes.len().min(STAGING);
         let mut staging = Allocated::new(device, "staging.read", size as u64, MemoryLocation::GpuToCpu)?;
         for (i, chunk) in bytes.chunks_mut(STAGING).enumerate() {
             let mut rec = Recorder::new(device, super::Timing::Off)?;
-            rec.copy_bytes(&self.memory, (i * STAGING) as u64, &staging, 0, chunk.len() as u64);
+            rec.copy_bytes(&self.memory, from + (i * STAGING) as u64, &staging, 0, chunk.len() as u64);
             rec.submit()?;
             let Some(mapped) = staging.mapped() else { return Err(unmapped("staging.read")) };
             chunk.copy_from_slice(&mapped[..chunk.len()]);

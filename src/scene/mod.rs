@@ -34,6 +34,9 @@ use crate::abi::Aabb;
 /// The most triangles of a scene: an index and its corners' indices fit 32 bits with room to spare.
 pub const MAX_TRIANGLES: u64 = 1 << 30;
 
+/// Triangles whose corners are hashed at once.
+const HASHED: usize = 4096;
+
 /// A triangle mesh in input order. Triangles that can't be hit stay in it, so that indices keep their meaning.
 #[derive(Debug, Clone, Default)]
 pub struct Scene {
@@ -86,6 +89,19 @@ impl Scene {
     pub fn corners(&self, i: usize) -> [[f32; 3]; 3] {
         let settled = |x: f32| if x.abs() < f32::MIN_POSITIVE { 0f32.copysign(x) } else { x };
         self.triangles[i].map(|v| self.positions[v as usize].map(settled))
+    }
+
+    /// BLAKE3 of all corners in input order, in hexadecimal: the same for scenes whose trees are the same.
+    pub fn corners_hash(&self) -> String {
+        let mut hasher = blake3::Hasher::new();
+        let mut words = Vec::with_capacity(9 * HASHED);
+        for from in (0..self.triangles.len()).step_by(HASHED) {
+            words.clear();
+            let to = self.triangles.len().min(from + HASHED);
+            words.extend((from..to).flat_map(|t| self.corners(t)).flatten().map(|x| x.to_bits().to_le()));
+            hasher.update(bytemuck::cast_slice(&words));
+        }
+        hasher.finalize().to_hex().to_string()
     }
 
     /// The scene's own first view, or else a three-quarter view of its bounds.

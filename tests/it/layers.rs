@@ -15,6 +15,7 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("oracle", &["abi", "geom", "scene", "bvh", "trace"]),
     ("device", &["abi", "kernels"]),
     ("bvh", &["abi", "geom", "scene", "kernels", "device"]),
+    ("saved", &["abi", "scene", "device", "bvh"]),
     ("trace", &["abi", "geom", "scene", "kernels", "device", "bvh"]),
     ("ray_query", &["abi", "kernels", "device", "bvh", "trace"]),
     ("picture", &["abi", "geom", "scene", "device", "bvh", "trace", "oracle"]),

@@ -36,6 +36,7 @@ mod rays;
 mod raysort;
 mod recut;
 mod report;
+mod saved;
 mod scan;
 mod scene;
 mod shaders;
