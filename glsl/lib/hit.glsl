@@ -19,26 +19,19 @@ struct Meeting {
 };
 
 #ifdef FLOAT64
-// d · (p × q); 0 where rounding could have turned its sign: fewer than 16 roundings of 2⁻⁵³ of the products each.
-double triple(dvec3 d, dvec3 p, dvec3 q) {
-    precise dvec3 m = p.yzx * q.zxy, n = p.zxy * q.yzx;
-    precise dvec3 cross_product = m - n;
-    precise double sum = d.x * cross_product.x + (d.y * cross_product.y + d.z * cross_product.z);
-    dvec3 size = abs(d) * (abs(m) + abs(n));
-    return abs(sum) <= 3.5527136788005009e-15LF * (size.x + size.y + size.z) ? 0.0LF : sum;
-}
+#include "lib/triple.glsl"
 
-// The test in double precision, for rays that pass an edge within the rounding of single precision. The triangle is
-// closed, and so by 2⁻⁴⁸: of the triangles around a vertex that a ray goes through, at least one is hit, and no other
-// triangle is that exact arithmetic would not hit, moved by as little.
+// The test in double precision, for rays that pass an edge within the rounding of single precision. Signs are those of
+// exact arithmetic and the triangle is closed: of the triangles around a vertex that a ray goes through, at least one is
+// hit, and no other triangle is.
 bool meet_in_doubt(Setup s, PackedTriangle t, out Meeting m) {
     dvec3 d = dvec3(turned(s, s.direction)), o = dvec3(s.origin);
-    precise dvec3 a = dvec3(turned(s, t.a)) - o, b = dvec3(turned(s, t.b)) - o, c = dvec3(turned(s, t.c)) - o;
-    double u = triple(d, c, b), v = triple(d, a, c), w = triple(d, b, a);
+    dvec3 a = dvec3(turned(s, t.a)), b = dvec3(turned(s, t.b)), c = dvec3(turned(s, t.c));
+    double u = triple(d, o, c, b), v = triple(d, o, a, c), w = triple(d, o, b, a);
     if ((u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0)) return false;
     precise double det = u + v + w;
     if (det == 0.0) return false;
-    precise double depth = (u * a.z + v * b.z + w * c.z) / (det * d.z);
+    precise double depth = (u * (a.z - o.z) + v * (b.z - o.z) + w * (c.z - o.z)) / (det * d.z);
     m = Meeting(float(depth), 1.0, vec2(float(v / det), float(w / det)));
     return true;
 }
@@ -87,10 +80,11 @@ bool meet_robust(Setup s, PackedTriangle t, out Meeting m) {
     precise float w = q.x * p.y - q.y * p.x;
     float lo = least_of(u, least_of(v, w)), hi = greatest_of(u, greatest_of(v, w));
 #ifdef FLOAT64
-    // A sheared coordinate is off by at most 10 u R (see lib/ray.glsl), so an edge function by at most 20 u R times
-    // the largest |x| + |y| of a corner, and 4 u of its products.
+    // A sheared coordinate is off by at most 10 u R (see lib/ray.glsl), so an edge function by at most 20 u R F and
+    // 200 u² R², F the largest |x| + |y|, and by 4 u of products that R F bounds. It is no larger than F² / 2, so what is
+    // beyond the doubt has F > 64 u R, and 200 u² R² is 4 u R F: 28 in all.
     vec2 far = max(abs(p), max(abs(q), abs(r)));
-    float doubt = ((24.0 / 16777216.0) * s.reach) * (far.x + far.y);
+    float doubt = ((32.0 / 16777216.0) * s.reach) * (far.x + far.y);
     // What passes is few: it is met again in doubles, for its sign where in doubt, and for its t: of a triangle much
     // larger than t, single precision would lose a share of 10⁻⁴.
     return !(lo < -doubt && hi > doubt) && meet_in_doubt(s, t, m);

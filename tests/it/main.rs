@@ -5,6 +5,7 @@ mod assisted;
 mod auto;
 mod bench;
 mod binned;
+mod bounds;
 mod boxes;
 mod browser;
 mod cli;

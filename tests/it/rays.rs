@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::gpu::{gpu, quiet, quiet_on};
-use crate::matrix::gpu_shaped;
+use crate::matrix::{gpu_shaped, narrow};
 use boxwood::abi::{Hit, Ray};
 use boxwood::bvh::{Bvh, Recipe, SceneBuffers, build};
 use boxwood::device::{Device, Timing};
@@ -299,7 +299,6 @@ fn octahedron(centre: Vec3, size: Vec3) -> Scene {
 
 #[test]
 fn convex_bodies_do_not_shade_themselves() {
-    let device = quiet();
     let far = Vec3::new(1000.0, -300.0, 77.0);
     let cases = [
         (Vec3::ZERO, Vec3::ONE),
@@ -308,7 +307,8 @@ fn convex_bodies_do_not_shade_themselves() {
         (far, Vec3::new(50.0, 2.0, 0.01)),
         (far * 1e4, Vec3::splat(1e6)),
     ];
-    for (centre, size) in cases {
+    for (device, (centre, size)) in [gpu, narrow].into_iter().flat_map(|d| cases.map(|case| (d, case))) {
+        let device = quiet_on(device);
         let stage = Stage::new(&device, octahedron(centre, size));
         let primaries = stage.look(&device, &View { camera: stage.scene.view(), width: 120, height: 90 });
         let rays = stage.spawn(&device, &primaries, &Secondary::diffuse(), 1 << 20);
