@@ -66,7 +66,8 @@ impl Rows {
         }
         let file = OpenOptions::new().append(true).open(path).map_err(io("write"))?;
         file.set_len(whole as u64).map_err(io("write"))?;
-        let results = Results::parse(path, &bytes[..whole])?;
+        let mut results = Results::parse(path, &bytes[..whole])?;
+        results.read_pictures(path);
         if let Some([what, there, here]) = results.header.difference(header) {
             let (what, there, here) = (what.into(), there.into(), here.into());
             return Err(RowsError::Other { path: path.to_owned(), what, there, here });

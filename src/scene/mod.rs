@@ -11,6 +11,7 @@ mod obj;
 mod open;
 mod packed;
 mod ply;
+mod printable;
 mod procedural;
 mod progress;
 mod siblings;
@@ -22,11 +23,13 @@ pub mod write;
 
 pub use camera::Camera;
 pub use error::SceneError;
-pub use fetch::cache_folder;
-pub use manifest::{Entry, Fetched, Manifest, Registry, Source, manifest, set};
-pub use open::{FILES, Options, fetch, is_cached, names, open};
+pub use fetch::{Archive, cache_folder, mesh_in};
+pub use manifest::{Entry, Fetched, Manifest, ManifestError, Registry, Source, manifest, set};
+pub use open::{FILES, Options, fetch, is_cached, names, open, parse};
+pub use printable::printable;
 pub use procedural::Generator;
 pub use progress::Progress;
+pub use siblings::Siblings;
 pub use transform::Transform;
 
 use crate::abi::Aabb;

@@ -1,3 +1,4 @@
+use super::archive::{self, unpack};
 use super::*;
 use crate::scene::Registry;
 
@@ -34,10 +35,10 @@ fn a_sound_cached_file_is_taken_as_it_is() {
 #[test]
 fn a_damaged_file_is_refused() {
     let mesh = nowhere("x.obj");
-    assert!(wanted(&mesh).check(b"hello").is_ok());
-    let sum = wanted(&mesh).check(b"hellO").unwrap_err();
+    assert!(archive::check(&mesh, b"hello").is_ok());
+    let sum = archive::check(&mesh, b"hellO").unwrap_err();
     assert!(sum.contains("SHA-256"), "{sum}");
-    let size = wanted(&mesh).check(b"hell").unwrap_err();
+    let size = archive::check(&mesh, b"hell").unwrap_err();
     assert!(size.contains("4 bytes instead of 5"), "{size}");
 }
 
@@ -57,12 +58,12 @@ fn members_are_unpacked_and_no_more_is_read_than_a_mesh_can_take() {
     let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
     encoder.write_all(b"hello").unwrap();
     let gzip = nowhere("x.obj.gz");
-    assert_eq!(wanted(&gzip).unpack(&encoder.finish().unwrap()[..]).unwrap(), b"hello");
-    let error = wanted(&gzip).unpack(&b"hello"[..]).unwrap_err();
+    assert_eq!(unpack(&encoder.finish().unwrap()[..], &gzip).unwrap(), b"hello");
+    let error = unpack(&b"hello"[..], &gzip).unwrap_err();
     assert!(error.contains("x.obj.gz"), "{error}");
     let plain = nowhere("x.obj");
-    assert_eq!(wanted(&plain).unpack(&b"hello"[..]).unwrap(), b"hello");
-    assert_eq!(wanted(&plain).unpack(io::repeat(b'x')).unwrap().len() as u64, plain.bytes + SLACK);
+    assert_eq!(unpack(&b"hello"[..], &plain).unwrap(), b"hello");
+    assert_eq!(unpack(io::repeat(b'x'), &plain).unwrap().len() as u64, plain.bytes + archive::SLACK);
 }
 
 #[test]
