@@ -66,7 +66,8 @@ impl Rows {
         }
         let file = OpenOptions::new().append(true).open(path).map_err(io("write"))?;
         file.set_len(whole as u64).map_err(io("write"))?;
-        let results = Results::parse(path, &bytes[..whole])?;
+        let mut results = Results::parse(path, &bytes[..whole])?;
+        results.read_pictures(path);
         if let Some([what, there, here]) = results.header.difference(header) {
             let (what, there, here) = (what.into(), there.into(), here.into());
             return Err(RowsError::Other { path: path.to_owned(), what, there, here });
@@ -241,6 +242,22 @@ mod tests {
         let anew = Header { costs: Costs::book(), ..header("c") };
         assert_eq!(Rows::resume(&path, &anew).unwrap().header(), &header("c"));
         assert_eq!(Rows::create(&path, &anew).unwrap().header(), &anew);
+    }
+
+    #[test]
+    fn rows_as_deep_as_one_likes_are_refused() {
+        for text in [
+            "[".repeat(100_000),
+            "{\"row\":".repeat(100_000),
+            "{\"row\":\"header\",\"x\":".to_owned() + &"[".repeat(100_000),
+        ] {
+            assert!(
+                Results::parse(Path::new("rows.jsonl"), text.as_bytes())
+                    .unwrap_err()
+                    .to_string()
+                    .contains("line 1")
+            );
+        }
     }
 
     #[test]

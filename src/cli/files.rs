@@ -1,15 +1,13 @@
 //! Files of other programs: rays in, hits and JSON out. What is written appears whole or not at all.
 
 use crate::abi::{Hit, Ray};
+use crate::trace::rays;
 use anyhow::{Context, Result, bail};
 use std::fs;
 use std::io::Write;
 use std::path::Path;
 
-/// Bytes of a ray.
-const RAY: u64 = size_of::<Ray>() as u64;
-
-/// Reads a ray file: little-endian f32, eight a ray (origin, t_min, direction, t_max), no header.
+/// Reads a ray file, see [`rays::parse`].
 pub(super) fn rays(path: &Path) -> Result<Vec<Ray>> {
     let name = path.display();
     let meta = fs::metadata(path).with_context(|| format!("can't read the rays {name}"))?;
@@ -17,25 +15,7 @@ pub(super) fn rays(path: &Path) -> Result<Vec<Ray>> {
         bail!("can't read the rays {name}: it is a directory");
     }
     let bytes = fs::read(path).with_context(|| format!("can't read the rays {name}"))?;
-    let size = bytes.len() as u64;
-    if size == 0 {
-        bail!(
-            "{name} holds no ray: it is empty; a ray is 8 little-endian f32 (origin, t_min, direction, t_max)"
-        );
-    }
-    if !size.is_multiple_of(RAY) {
-        bail!(
-            "{name}: {size} bytes are no multiple of {RAY}, so ray {} is cut short; a ray is 8 little-endian f32 \
-             (origin, t_min, direction, t_max) and there is no header",
-            size / RAY
-        );
-    }
-    let word = |b: &[u8]| f32::from_le_bytes([b[0], b[1], b[2], b[3]]);
-    let ray = |b: &[u8]| {
-        let f: [f32; 8] = std::array::from_fn(|i| word(&b[4 * i..]));
-        bytemuck::cast::<[f32; 8], Ray>(f)
-    };
-    Ok(bytes.chunks_exact(RAY as usize).map(ray).collect())
+    rays::parse(&bytes).with_context(|| format!("can't take the rays of {name}"))
 }
 
 /// A file to be written: made before the work, so that a folder that can't be written to is found out first.
@@ -121,17 +101,5 @@ mod tests {
         assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
         assert!(Output::new(&dir.path().join("none/a.hits")).is_err());
         assert!(Output::new(dir.path()).is_err());
-    }
-
-    #[test]
-    fn rays_come_in_whole_records() {
-        let dir = tempfile::tempdir().unwrap();
-        let path = dir.path().join("a.rays");
-        let bytes: Vec<u8> = (0..8).flat_map(|i| (i as f32).to_le_bytes()).collect();
-        fs::write(&path, &bytes).unwrap();
-        let read = rays(&path).unwrap();
-        assert_eq!((read.len(), read[0].t_min, read[0].t_max), (1, 3.0, 7.0));
-        fs::write(&path, &bytes[1..]).unwrap();
-        assert!(rays(&path).unwrap_err().to_string().contains("31 bytes"));
     }
 }

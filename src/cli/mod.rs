@@ -23,7 +23,7 @@ mod tree;
 mod values;
 
 use crate::device::{Device, Options};
-use crate::scene::{self, Progress, Scene};
+use crate::scene::{self, Progress, Scene, printable};
 use anyhow::Result;
 use choices::{SceneArgs, TransformArgs};
 use clap::{ArgAction, Args, Parser, Subcommand};
@@ -94,7 +94,7 @@ pub fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(e) if closed_pipe(&e) => ExitCode::SUCCESS,
         Err(e) => {
-            eprintln!("error: {}", in_one_line(&e));
+            eprintln!("error: {}", printable(&in_one_line(&e)));
             ExitCode::FAILURE
         }
     }
@@ -159,7 +159,7 @@ impl Global {
     /// A line on stderr, unless `--quiet`.
     fn remark(&self, line: impl std::fmt::Display) {
         if !self.quiet {
-            eprintln!("{line}");
+            eprintln!("{}", printable(&line.to_string()));
         }
     }
 }
