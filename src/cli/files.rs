@@ -1,6 +1,7 @@
 //! Files of other programs: rays in, hits and JSON out. What is written appears whole or not at all.
 
 use crate::abi::{Hit, Ray};
+use crate::output;
 use anyhow::{Context, Result, bail};
 use std::fs;
 use std::io::Write;
@@ -38,11 +39,11 @@ pub(super) fn rays(path: &Path) -> Result<Vec<Ray>> {
     Ok(bytes.chunks_exact(RAY as usize).map(ray).collect())
 }
 
-/// A file to be written: made before the work, so that a folder that can't be written to is found out first.
+/// A file to be written, whole or not at all; what can't be written is found out before the work.
 pub(super) struct Output<'p> {
     path: &'p Path,
-    /// None: the path is a device or a pipe, which can't be replaced.
-    beside: Option<tempfile::NamedTempFile>,
+    /// The path is a device or a pipe, which can't be replaced.
+    special: bool,
 }
 
 impl<'p> Output<'p> {
@@ -54,33 +55,19 @@ impl<'p> Output<'p> {
             Ok(m) => !m.is_file(),
             Err(_) => false,
         };
-        if special {
-            return Ok(Self { path, beside: None });
+        if !special {
+            output::probe(path).with_context(|| format!("can't write {name}"))?;
         }
-        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(".boxwood-");
-        #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        let beside = builder.tempfile_in(folder).with_context(|| format!("can't write {name}"))?;
-        Ok(Self { path, beside: Some(beside) })
+        Ok(Self { path, special })
     }
 
     /// Writes `bytes` and gives the file its name.
     pub(super) fn finish(self, bytes: &[u8]) -> Result<()> {
-        let failed = || format!("can't write {}", self.path.display());
-        match self.beside {
-            None => fs::OpenOptions::new()
-                .write(true)
-                .open(self.path)
-                .and_then(|mut f| f.write_all(bytes))
-                .with_context(failed),
-            Some(mut file) => {
-                file.write_all(bytes).and_then(|()| file.flush()).with_context(failed)?;
-                file.persist(self.path).map_err(|e| e.error).with_context(failed)?;
-                Ok(())
-            }
-        }
+        let written = match self.special {
+            true => fs::OpenOptions::new().write(true).open(self.path).and_then(|mut f| f.write_all(bytes)),
+            false => output::write(self.path, bytes),
+        };
+        written.with_context(|| format!("can't write {}", self.path.display()))
     }
 }
 

@@ -101,7 +101,7 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     if args.sample.is_some() && recipe.fit != Fit::Auto {
         bail!("--sample chooses among trees, and the recipe names one: give --builder auto with it");
     }
-    let scene = global.open_scene(&args.scene)?;
+    let scene = global.open_scene_for(&args.scene, &device, recipe.builder)?;
     let buffers = SceneBuffers::upload(&device, &scene)?;
     let query = if args.any { Query::Any } else { Query::Closest };
     if let Some(most) = args.sample {

@@ -21,6 +21,19 @@ pub struct Faults {
     pub budget: Option<u64>,
 }
 
+impl Faults {
+    /// Those of `BOXWOOD_FAULT`, by which tests have the program fail; none where it is not set.
+    ///
+    /// # Errors
+    /// [`DeviceError::NoSuchFault`].
+    pub fn from_env() -> Result<Self> {
+        match std::env::var_os("BOXWOOD_FAULT").filter(|text| !text.is_empty()) {
+            None => Ok(Self::default()),
+            Some(text) => text.to_string_lossy().parse(),
+        }
+    }
+}
+
 impl FromStr for Faults {
     type Err = DeviceError;
 

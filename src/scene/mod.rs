@@ -24,7 +24,7 @@ pub use camera::Camera;
 pub use error::SceneError;
 pub use fetch::cache_folder;
 pub use manifest::{Entry, Fetched, Manifest, Registry, Source, manifest, set};
-pub use open::{FILES, Options, fetch, is_cached, names, open};
+pub use open::{FILES, Options, fetch, is_cached, names, open, triangles_of};
 pub use procedural::Generator;
 pub use progress::Progress;
 pub use transform::Transform;

@@ -13,6 +13,7 @@ mod costs;
 mod device;
 mod dito;
 mod errors;
+mod faults;
 mod gpu;
 mod grid;
 mod jobs;

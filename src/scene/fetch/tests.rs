@@ -1,5 +1,6 @@
 use super::*;
 use crate::scene::Registry;
+use std::io::{self, Write};
 
 /// A made-up mesh that nobody has published.
 fn nowhere(member: &str) -> Fetched {
@@ -39,17 +40,6 @@ fn a_damaged_file_is_refused() {
     assert!(sum.contains("SHA-256"), "{sum}");
     let size = wanted(&mesh).check(b"hell").unwrap_err();
     assert!(size.contains("4 bytes instead of 5"), "{size}");
-}
-
-#[test]
-fn storing_replaces_and_leaves_nothing_beside() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("mesh");
-    for text in ["damaged", "hello"] {
-        store(folder.path(), &path, text.as_bytes()).unwrap();
-        assert_eq!(fs::read_to_string(&path).unwrap(), text);
-    }
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
 #[test]
