@@ -5,6 +5,7 @@
 
 mod caches;
 mod disk;
+#[cfg(unix)]
 mod kills;
 mod program;
 
