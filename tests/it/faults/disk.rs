@@ -43,8 +43,8 @@ fn what_has_no_room_is_not_there_in_part() {
         (&["query", "two.tri", "--rays", "many.rays", "--out", "a.hits", "--runs", "1"], "a.hits"),
         (&["scenes", "generate", "sphere:150k", "--out", "s.tri"], "s.tri"),
         (&["scenes", "generate", "sphere:300k", "--out", "s.ply"], "s.ply"),
-        (&["boxes", "city-rotated:30k", "--level", "leaves", "--out", "b.obj"], "b.obj"),
-        (&["boxes", "city-rotated:30k", "--level", "leaves", "--out", "b.glb"], "b.glb"),
+        (&["boxes", "city-rotated:60k", "--level", "leaves", "--out", "b.obj"], "b.obj"),
+        (&["boxes", "city-rotated:60k", "--level", "leaves", "--out", "b.glb"], "b.glb"),
     ];
     for (args, file) in commands {
         assert_full(&limited(&folder, args), &format!("can't write {file}"), "File too large");
