@@ -14,6 +14,7 @@
 //! |---|---|
 //! | [`abi`] | every struct and constant that host and kernels share; `build.rs` makes the GLSL side of it |
 //! | [`kernels`] | one constant a `glsl/<stage>/<verb>.comp` |
+//! | [`output`] | files that appear whole or not at all |
 //! | [`scene`] | meshes: files, fetched ones, generators, cameras |
 //! | [`device`] | Vulkan: selection, buffers, pipelines, recorded passes, times; knows no trees |
 //! | [`bvh`] | records a build; knows no files |
@@ -90,6 +91,7 @@ pub mod cli;
 pub mod device;
 pub mod kernels;
 pub mod oracle;
+pub mod output;
 pub mod picture;
 pub mod profile;
 pub mod ray_query;

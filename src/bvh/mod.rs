@@ -244,6 +244,20 @@ pub fn memory_needed(builder: Builder, triangles: usize) -> u64 {
     triangles as u64 * (scratch + 104) + (4 << 20)
 }
 
+/// Refuses a scene of `triangles` triangles, and `builder` over it, that the device has no room for: what is known before
+/// the scene itself is there.
+///
+/// # Errors
+/// [`DeviceError::Memory`].
+pub fn require_memory(
+    device: &Device,
+    builder: Builder,
+    triangles: usize,
+) -> std::result::Result<(), DeviceError> {
+    let what = format!("a scene of {triangles} triangles, and building over it with {},", builder.name());
+    device.require_memory(&what, tree::scene_bytes(triangles) + memory_needed(builder, triangles))
+}
+
 /// Builds the tree of `scene` by `recipe`.
 ///
 /// # Errors

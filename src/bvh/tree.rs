@@ -26,7 +26,7 @@ impl SceneBuffers {
     /// Not enough device memory, or a failed copy.
     pub fn upload(device: &Arc<Device>, scene: &Scene) -> Result<Self> {
         let count = scene.triangles.len();
-        device.require_memory(&format!("a scene of {count} triangles"), 36 * count as u64)?;
+        device.require_memory(&format!("a scene of {count} triangles"), scene_bytes(count))?;
         let corners: Vec<f32> = (0..count).flat_map(|t| scene.corners(t)).flatten().collect();
         let triangles = Buffer::from_slice(device, "scene.triangles", &corners)?;
         let finite = corners.iter().all(|x| x.is_finite());
@@ -37,6 +37,11 @@ impl SceneBuffers {
     pub fn count(&self) -> usize {
         self.triangles.len() / 9
     }
+}
+
+/// Device memory of a scene: nine floats a triangle.
+pub(super) fn scene_bytes(triangles: usize) -> u64 {
+    36 * triangles as u64
 }
 
 /// Bits of a leaf reference that hold a count of up to `max_leaf`.

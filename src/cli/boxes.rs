@@ -97,8 +97,8 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     let json = args.json.as_deref().map(Output::new).transpose()?;
 
     let device = global.open_device()?;
-    let scene = global.open_scene(&args.scene)?;
     let recipe = args.recipe.recipe(global, &device)?;
+    let scene = global.open_scene_for(&args.scene, &device, recipe.builder)?;
     let buffers = SceneBuffers::upload(&device, &scene)?;
     let bvh = build(&device, &buffers, &recipe, Timing::Off)?.bvh;
     let shown = Shown::new(&bvh, args.level)?;

@@ -68,7 +68,7 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     let save = args.save.as_deref().map(Output::new).transpose()?;
     let device = global.open_device()?;
     let recipe = args.recipe.recipe(global, &device)?;
-    let scene = global.open_scene(&args.scene)?;
+    let scene = global.open_scene_for(&args.scene, &device, recipe.builder)?;
     let buffers = SceneBuffers::upload(&device, &scene)?;
     let builds = measure_builds(&device, &buffers, &recipe, args.report.runs as usize)?;
     let build = BuildReport::new(&device, &scene, &recipe, &builds)?;

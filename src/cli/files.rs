@@ -1,6 +1,7 @@
 //! Files of other programs: rays in, hits and JSON out. What is written appears whole or not at all.
 
 use crate::abi::{Hit, Ray};
+use crate::output;
 use crate::trace::rays;
 use anyhow::{Context, Result, bail};
 use std::fs;
@@ -18,11 +19,11 @@ pub(super) fn rays(path: &Path) -> Result<Vec<Ray>> {
     rays::parse(&bytes).with_context(|| format!("can't take the rays of {name}"))
 }
 
-/// A file to be written: made before the work, so that a folder that can't be written to is found out first.
+/// A file to be written, whole or not at all; what can't be written is found out before the work.
 pub(super) struct Output<'p> {
     path: &'p Path,
-    /// None: the path is a device or a pipe, which can't be replaced.
-    beside: Option<tempfile::NamedTempFile>,
+    /// The path is a device or a pipe, which can't be replaced.
+    special: bool,
 }
 
 impl<'p> Output<'p> {
@@ -34,16 +35,10 @@ impl<'p> Output<'p> {
             Ok(m) => !m.is_file(),
             Err(_) => false,
         };
-        if special {
-            return Ok(Self { path, beside: None });
+        if !special {
+            output::probe(path).with_context(|| format!("can't write {name}"))?;
         }
-        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(".boxwood-");
-        #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        let beside = builder.tempfile_in(folder).with_context(|| format!("can't write {name}"))?;
-        Ok(Self { path, beside: Some(beside) })
+        Ok(Self { path, special })
     }
 
     /// Writes `bytes` and gives the file its name.
@@ -53,14 +48,14 @@ impl<'p> Output<'p> {
 
     /// Has `write` write it, and gives the file its name.
     pub(super) fn finish_by<T>(self, write: impl FnOnce(&mut fs::File) -> Result<T>) -> Result<T> {
-        let failed = || format!("can't write {}", self.path.display());
-        let Some(mut file) = self.beside else {
-            let mut file = fs::OpenOptions::new().write(true).open(self.path).with_context(failed)?;
-            return write(&mut file).with_context(failed);
+        let written = match self.special {
+            true => {
+                let open = fs::OpenOptions::new().write(true).open(self.path);
+                open.map_err(Into::into).and_then(|mut file| write(&mut file))
+            }
+            false => output::write_by(self.path, write),
         };
-        let written = write(file.as_file_mut()).with_context(failed)?;
-        file.persist(self.path).map_err(|e| e.error).with_context(failed)?;
-        Ok(written)
+        written.with_context(|| format!("can't write {}", self.path.display()))
     }
 }
 

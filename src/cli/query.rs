@@ -209,7 +209,7 @@ fn built(global: &Global, args: &Args, device: &Arc<Device>, rays: &[Ray], query
         bail!("--sample chooses among trees, and the recipe names one: give --builder auto with it");
     }
     let Some(spec) = &args.scene else { bail!("no SCENE to build a tree of") };
-    let scene = global.open(spec, &args.transform)?;
+    let scene = global.open_for(spec, &args.transform, device, recipe.builder)?;
     let buffers = SceneBuffers::upload(device, &scene)?;
     if let Some(most) = args.sample {
         let sample: Vec<Ray> =

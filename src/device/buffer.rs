@@ -1,6 +1,6 @@
 //! Named, typed arrays in device memory, reached by device address.
 
-use super::error::{Context, DeviceError, Result};
+use super::error::{DeviceError, Result};
 use super::{Device, Recorder, lock};
 use crate::abi::{Ptr, PtrMut, PtrShared};
 use ash::vk;
@@ -103,39 +103,49 @@ fn create(
         all |= U::ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_KHR;
     }
     let info = vk::BufferCreateInfo::default().size(bytes).usage(all | usage);
+    let full = || DeviceError::Memory {
+        what: name.into(),
+        needed: bytes.div_ceil(1 << 20),
+        available: device.memory_free() >> 20,
+        device: device.info.name.clone(),
+    };
+    let failed = |result| match result {
+        vk::Result::ERROR_OUT_OF_DEVICE_MEMORY => full(),
+        result => DeviceError::Vulkan { call: name.into(), result },
+    };
     // SAFETY: the device is alive; the info is complete.
-    let raw = unsafe { device.raw.create_buffer(&info, None) }.context(name)?;
+    let make = || unsafe { device.raw.create_buffer(&info, None) };
+    let raw = device.due.allocation().and_then(|()| make()).map_err(failed)?;
     let mut memory = Memory { raw, address: 0, bytes, location, usage, allocation: None };
     // SAFETY: `raw` was just made by this device.
     let requirements = unsafe { device.raw.get_buffer_memory_requirements(raw) };
-    let allocation = lock(&device.allocator).allocate(&ga::AllocationCreateDesc {
+    let wanted = ga::AllocationCreateDesc {
         name,
         requirements,
         location,
         linear: true,
         allocation_scheme: ga::AllocationScheme::GpuAllocatorManaged,
-    });
+    };
+    let refused = |_| gpu_allocator::AllocationError::OutOfMemory;
+    let allowed = device.take_budget(bytes).map_err(refused);
+    let allocation = allowed.and_then(|()| lock(&device.allocator).allocate(&wanted));
     let allocation = match allocation {
         Ok(allocation) => allocation,
         Err(source) => {
             device.free(memory);
             return Err(match source {
-                gpu_allocator::AllocationError::OutOfMemory => DeviceError::Memory {
-                    what: name.into(),
-                    needed: bytes.div_ceil(1 << 20),
-                    available: device.memory_free() >> 20,
-                    device: device.info.name.clone(),
-                },
+                gpu_allocator::AllocationError::OutOfMemory => full(),
                 source => DeviceError::Allocation { what: name.into(), bytes, source },
             });
         }
     };
     // SAFETY: memory of the buffer's own requirements, bound once.
-    let bound = unsafe { device.raw.bind_buffer_memory(raw, allocation.memory(), allocation.offset()) };
+    let bind = || unsafe { device.raw.bind_buffer_memory(raw, allocation.memory(), allocation.offset()) };
+    let bound = device.due.allocation().and_then(|()| bind());
     memory.allocation = Some(allocation);
     if let Err(result) = bound {
         device.free(memory);
-        return Err(result).context(name);
+        return Err(failed(result));
     }
     let info = vk::BufferDeviceAddressInfo::default().buffer(raw);
     // SAFETY: the buffer has memory and the address usage.

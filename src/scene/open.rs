@@ -22,6 +22,14 @@ pub fn names() -> Vec<String> {
     manifest().scenes.iter().map(Entry::spec).collect()
 }
 
+/// About how many triangles `spec` will have, where it is the name of a scene and says so.
+pub fn triangles_of(spec: &str) -> Option<usize> {
+    let (name, count) = spec.split_once(':').map_or((spec, None), |(name, count)| (name, Some(count)));
+    let entry = manifest().entry(name)?;
+    let count = count.map_or(Some(entry.triangles), |text| triangle_count(spec, name, text).ok());
+    count.and_then(|n| usize::try_from(n).ok())
+}
+
 /// The files that [`open`] reads, in words.
 pub const FILES: &str = "a .glb, .gltf, .obj, .ply, .stl or .tri file, plain or packed as .gz or .zst";
 
@@ -162,6 +170,15 @@ pub fn parse(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn names_tell_triangles() {
+        assert_eq!(triangles_of("sphere:2k"), Some(2000));
+        assert_eq!(triangles_of("dragon"), Some(871_414));
+        for none in ["sphere:0", "sphere:x", "a.obj", "nonesuch", "nonesuch:9"] {
+            assert_eq!(triangles_of(none), None, "{none}");
+        }
+    }
 
     #[test]
     fn counts() {

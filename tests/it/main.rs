@@ -14,6 +14,7 @@ mod costs;
 mod device;
 mod dito;
 mod errors;
+mod faults;
 mod fuzz;
 mod gpu;
 mod grid;

