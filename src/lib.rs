@@ -23,6 +23,7 @@
 //! | [`picture`] | pictures of scenes, and of what their rays cost |
 //! | [`bench`](mod@bench) | warm-up, repeats, medians, rows |
 //! | [`profile`](mod@profile) | time, bytes and active lanes by kernel; a timeline |
+//! | [`stress`] | scenes and rays that try to break all of it |
 //! | [`report`] | the rows of a benchmark as a page; knows no device |
 //! | [`cli`] | the command line; knows everything, nothing knows it |
 //!
@@ -90,4 +91,5 @@ pub mod profile;
 pub mod ray_query;
 pub mod report;
 pub mod scene;
+pub mod stress;
 pub mod trace;

@@ -19,6 +19,7 @@ mod query;
 mod render;
 mod report;
 mod scenes;
+mod stress;
 mod values;
 
 use crate::device::{Device, Options};
@@ -68,6 +69,7 @@ enum Command {
     Fits(fits::Args),
     Layouts(layouts::Args),
     Profile(profile::Args),
+    Stress(stress::Args),
     Scenes(scenes::Args),
 }
 
@@ -87,6 +89,7 @@ pub fn main() -> ExitCode {
         Command::Fits(args) => fits::run(&cli.global, args),
         Command::Layouts(args) => layouts::run(&cli.global, args),
         Command::Profile(args) => profile::run(&cli.global, args),
+        Command::Stress(args) => stress::run(&cli.global, args),
         Command::Scenes(args) => scenes::run(&cli.global, args),
     };
     match done {

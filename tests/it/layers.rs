@@ -23,6 +23,7 @@ const LAYERS: &[(&str, &[&str])] = &[
         &["abi", "geom", "scene", "kernels", "device", "bvh", "trace", "ray_query", "oracle", "picture"],
     ),
     ("profile", &["abi", "geom", "scene", "device", "bvh", "trace", "bench"]),
+    ("stress", &["abi", "geom", "scene", "device", "bvh", "trace", "oracle", "bench"]),
     ("report", &["oracle", "bench"]),
 ];
 /// Rooms that may know all.

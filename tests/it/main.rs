@@ -41,6 +41,7 @@ mod shaders;
 mod sort;
 mod soup;
 mod strategies;
+mod stress;
 mod topology;
 mod trace;
 mod volumes;

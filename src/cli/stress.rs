@@ -1,0 +1,365 @@
+//! `boxwood stress`: what tries to break builders and traversals, judged by the f64 reference.
+
+use super::choices::PrecisionName;
+use super::files::{self, Output};
+use super::{Global, query::bar};
+use crate::bvh::Method;
+use crate::device::Device;
+use crate::stress::smallest::{self, Budget, Saved};
+use crate::stress::{self, Case, Effort, Outcome, Plan, Row, SETS, Step, Summary, Total, traced};
+use crate::trace::Precision;
+use anyhow::{Context, Result, bail};
+use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
+use std::cell::Cell;
+use std::io::Write;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Builders that are tried where none are named.
+const BUILDERS: [&str; 7] = ["ploc", "lbvh", "sah", "dito14", "odop2", "hybrid", "auto"];
+/// Failures of which the least case is looked for, at most, and for how long in all.
+const LOOKED_INTO: usize = 12;
+const LOOKING: Duration = Duration::from_secs(60);
+
+/// Try to break builders and traversals: scenes and rays made for it, on the device, against the f64 reference.
+///
+/// Scenes × builders × codes × precisions × queries × walks. A scene fails where a tree is not sound; where a robust hit is
+/// wrong that rounding doesn't excuse, or differs between two trees or walks in any bit; where a record could be no answer,
+/// or a ray of NaN hits, in any precision. The fast test leaks by nature: its faults are counted. A tree deeper than any
+/// stack is refused, which is no failure. Of failures the least case is looked for and written as files that
+/// `boxwood query` takes. Exit code 1 with any failure.
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// Small scenes and fewer walks: a minute's worth.
+    #[arg(long)]
+    quick: bool,
+    /// Only scenes whose family/name holds PATTERN; may be given several times: see --list.
+    #[arg(long, value_name = "PATTERN")]
+    only: Vec<String>,
+    /// Tell what there is, and why.
+    #[arg(long)]
+    list: bool,
+    /// Builders.
+    #[arg(long, value_enum, value_name = "BUILDER", value_delimiter = ',')]
+    builders: Vec<Method>,
+    /// Triangle tests.
+    #[arg(long, value_enum, value_name = "TEST", value_delimiter = ',')]
+    precision: Vec<PrecisionName>,
+    /// Rays of each set, fewer where a ray meets very many triangles. Default: 252, or 60 with --quick.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    rays: Option<u32>,
+    /// Seed of what is by chance.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Folder for the least cases of failures.
+    #[arg(long, value_name = "DIR", default_value = "stress")]
+    out: PathBuf,
+    /// Write all as JSON to this file.
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+impl Args {
+    fn plan(&self) -> Plan {
+        let effort = if self.quick { Effort::Quick } else { Effort::Whole };
+        let methods = match self.builders.as_slice() {
+            [] => BUILDERS.iter().filter_map(|name| Method::named(name)).collect(),
+            named => named.to_vec(),
+        };
+        let precisions = match self.precision.as_slice() {
+            [] => Precision::ALL.to_vec(),
+            named => named.iter().map(|p| (*p).into()).collect(),
+        };
+        let rays = self.rays.map_or(effort.rays(), |n| n as usize);
+        Plan { effort, methods, precisions, rays, seed: self.seed }
+    }
+}
+
+/// What `stress` reports.
+#[derive(serde::Serialize)]
+struct Report<'a> {
+    device: &'a str,
+    driver: &'a str,
+    commit: &'static str,
+    effort: Effort,
+    seed: u64,
+    rays_per_set: usize,
+    builders: Vec<&'static str>,
+    summary: Summary,
+    scenes: Vec<SceneReport<'a>>,
+}
+
+/// A scene's row.
+#[derive(serde::Serialize)]
+struct SceneReport<'a> {
+    family: &'static str,
+    scene: &'static str,
+    why: &'static str,
+    outcome: Outcome,
+    triangles: usize,
+    depth: u32,
+    cases: usize,
+    rays: usize,
+    robust: &'a Total,
+    fast: &'a Total,
+    refusals: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    refused: Option<&'a str>,
+    failures: Vec<FailureReport<'a>>,
+    seconds: f64,
+}
+
+/// A failure.
+#[derive(serde::Serialize)]
+struct FailureReport<'a> {
+    kind: stress::Kind,
+    setting: String,
+    query: &'static str,
+    precision: &'static str,
+    walk: &'static str,
+    cases: usize,
+    what: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    smallest: Option<&'a Saved>,
+}
+
+/// Runs the command.
+pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
+    let cases = stress::chosen(&args.only);
+    if cases.is_empty() {
+        bail!("no scene's family/name holds {}: see `boxwood stress --list`", args.only.join(" or "));
+    }
+    if args.list {
+        return Ok(writeln!(std::io::stdout().lock(), "{}", list(&cases))?);
+    }
+    let json = args.json.as_deref().map(Output::new).transpose()?;
+    let plan = args.plan();
+    let device = global.open_device()?;
+    let progress = bar(global, cases.len()).with_message("stress");
+    let rows = stress::run(&device, &cases, &plan, &traced, &|step| match step {
+        Step::Begun(case) => progress.set_message(case.title()),
+        Step::Done(row) => {
+            progress.inc(1);
+            for failure in &row.failures {
+                let Row { case, .. } = row;
+                let what = failure.what.lines().next().unwrap_or_default();
+                progress.suspend(|| {
+                    global.remark(format_args!("{}: {}: {what}", case.title(), failure.setting.name()))
+                });
+            }
+        }
+    });
+    progress.finish_and_clear();
+    let saved = save_smallest(global, args, &device, &plan, &rows)?;
+    let summary = Summary::of(&rows);
+    writeln!(std::io::stdout().lock(), "{}\n\n{}", table(&rows), said(&summary))?;
+    for row in &rows {
+        if let Some(refused) = &row.refused {
+            global.remark(format_args!("{}: refused: {refused}", row.case.title()));
+        }
+    }
+    if let Some(json) = json {
+        let report = report(&device, &plan, summary.clone(), &rows, &saved);
+        json.finish(files::json(&report)?.as_bytes())?;
+    }
+    match summary.failed {
+        0 => Ok(()),
+        n => bail!("{n} of {} scenes failed; what was saved is in {}", summary.scenes, args.out.display()),
+    }
+}
+
+/// The least cases of failures, by row and failure.
+fn save_smallest(
+    global: &Global,
+    args: &Args,
+    device: &Arc<Device>,
+    plan: &Plan,
+    rows: &[Row],
+) -> Result<Vec<(usize, usize, Saved)>> {
+    let until = Instant::now() + LOOKING;
+    let left = Cell::new(LOOKED_INTO);
+    let mut all = vec![];
+    for (at, row) in rows.iter().enumerate() {
+        for (which, failure) in row.failures.iter().enumerate() {
+            let time = until.saturating_duration_since(Instant::now());
+            if left.get() == 0 || time.is_zero() {
+                global.remark(format_args!("{}: not looked into, enough was", row.case.title()));
+                continue;
+            }
+            left.set(left.get() - 1);
+            let budget = Budget { time: Budget::default().time.min(time), ..Budget::default() };
+            let smallest = smallest::smallest(device, &traced, plan, row, failure, budget);
+            let saved = smallest::save(&args.out, device, plan, row, failure, &smallest)
+                .with_context(|| format!("can't write to {}", args.out.display()))?;
+            global.remark(format_args!(
+                "{}, {} and {}: {}\n  {}\n  cd {} && {}",
+                row.case.title(),
+                counted(saved.triangles, "triangle"),
+                counted(saved.rays, "ray"),
+                smallest.what,
+                saved.files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>().join(" "),
+                args.out.display(),
+                saved.replay.join("; ")
+            ));
+            all.push((at, which, saved));
+        }
+    }
+    Ok(all)
+}
+
+fn counted(n: usize, what: &str) -> String {
+    if n == 1 { format!("1 {what}") } else { format!("{n} {what}s") }
+}
+
+fn report<'a>(
+    device: &'a Device,
+    plan: &Plan,
+    summary: Summary,
+    rows: &'a [Row],
+    saved: &'a [(usize, usize, Saved)],
+) -> Report<'a> {
+    let failures = |at: usize, row: &'a Row| {
+        let of = |(which, f): (usize, &'a stress::Failure)| FailureReport {
+            kind: f.kind,
+            setting: f.setting.name(),
+            query: smallest::name_of(f.options.query),
+            precision: f.options.precision.name(),
+            walk: f.options.walk.kernel_name(),
+            cases: f.cases,
+            what: &f.what,
+            smallest: saved.iter().find(|s| (s.0, s.1) == (at, which)).map(|s| &s.2),
+        };
+        row.failures.iter().enumerate().map(of).collect()
+    };
+    let scene = |(at, row): (usize, &'a Row)| SceneReport {
+        family: row.case.family.name(),
+        scene: row.case.name,
+        why: row.case.why,
+        outcome: row.outcome(),
+        triangles: row.triangles,
+        depth: row.depth,
+        cases: row.cases,
+        rays: row.rays,
+        robust: &row.robust,
+        fast: &row.fast,
+        refusals: row.refusals,
+        refused: row.refused.as_deref(),
+        failures: failures(at, row),
+        seconds: row.seconds,
+    };
+    Report {
+        device: &device.info().name,
+        driver: &device.info().driver,
+        commit: env!("BOXWOOD_COMMIT"),
+        effort: plan.effort,
+        seed: plan.seed,
+        rays_per_set: plan.rays,
+        builders: plan.methods.iter().map(|m| m.name).collect(),
+        summary,
+        scenes: rows.iter().enumerate().map(scene).collect(),
+    }
+}
+
+fn empty_table<T: Into<String>>(words: usize, header: impl IntoIterator<Item = T>) -> Table {
+    let mut table = Table::new();
+    table.load_style(presets::ASCII_MARKDOWN).set_content_arrangement(ContentArrangement::Disabled);
+    table.set_header(header.into_iter().map(Into::into));
+    for column in table.column_iter_mut().skip(words) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table
+}
+
+/// A row a scene.
+fn table(rows: &[Row]) -> Table {
+    let head = [
+        "family",
+        "scene",
+        "verdict",
+        "triangles",
+        "levels",
+        "cases",
+        "rays",
+        "missed",
+        "false",
+        "leaked",
+        "wrong",
+        "malformed",
+        "differing",
+        "unsure",
+        "fast's faults",
+        "refused",
+        "s",
+    ];
+    let mut table = empty_table(3, head);
+    for row in rows {
+        let words = [row.case.family.name(), row.case.name, row.outcome().name()].map(str::to_owned);
+        let r = &row.robust;
+        let numbers = [
+            row.triangles,
+            row.depth as usize,
+            row.cases,
+            row.rays,
+            r.missed,
+            r.false_hits,
+            r.leaked,
+            r.wrong_triangle,
+            r.malformed + row.fast.malformed,
+            r.differing,
+            r.unsure,
+            row.fast.faults() - row.fast.malformed,
+            row.refusals,
+        ]
+        .map(|n| n.to_string());
+        table.add_row(words.into_iter().chain(numbers).chain([format!("{:.1}", row.seconds)]));
+    }
+    table
+}
+
+/// In a line.
+fn said(s: &Summary) -> String {
+    format!(
+        "{}: {} passed, {} refused, {} failed; {} cases, {} answers, robust: {} faults, {} differing, {} unsure; fast: {} \
+         faults; {:.0} s",
+        counted(s.scenes, "scene"),
+        s.passed,
+        s.refused,
+        s.failed,
+        s.cases,
+        s.rays,
+        s.robust.faults(),
+        s.robust.differing,
+        s.robust.unsure,
+        s.fast.faults(),
+        s.seconds
+    )
+}
+
+/// Scenes and sets of rays, and why they are there.
+fn list(cases: &[&Case]) -> String {
+    let mut scenes = empty_table(2, ["scene", "why"]);
+    for case in cases {
+        scenes.add_row([case.title(), case.why.to_owned()]);
+    }
+    let mut sets = empty_table(2, ["rays", "why"]);
+    for set in SETS {
+        sets.add_row([set.name, set.why]);
+    }
+    format!("{}\n\n{}", scenes.trim_fmt(), sets.trim_fmt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stress::CASES;
+
+    #[test]
+    fn names_are_distinct_and_builders_known() {
+        for (i, case) in CASES.iter().enumerate() {
+            assert_eq!(CASES.iter().position(|c| c.name == case.name), Some(i), "{}", case.name);
+            assert!(!case.why.is_empty());
+        }
+        assert!(BUILDERS.iter().all(|name| Method::named(name).is_some()));
+    }
+}
