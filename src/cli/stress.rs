@@ -6,14 +6,14 @@ use super::{Global, query::bar};
 use crate::bvh::Method;
 use crate::device::Device;
 use crate::stress::smallest::{self, Budget, Saved};
-use crate::stress::{self, Case, Effort, Outcome, Plan, Row, SETS, Step, Summary, Total, traced};
-use crate::trace::Precision;
+use crate::stress::{self, Case, Effort, Outcome, Plan, Row, SETS, Setting, Step, Summary, Total, traced};
+use crate::trace::{Options, Precision};
 use anyhow::{Context, Result, bail};
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use std::cell::Cell;
 use std::io::Write;
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Builders that are tried where none are named.
@@ -52,6 +52,9 @@ pub(super) struct Args {
     /// Seed of what is by chance.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
+    /// Seconds that a build or a trace may take: what takes longer hangs, is named, and ends the run.
+    #[arg(long, value_name = "S", default_value_t = 300, value_parser = clap::value_parser!(u64).range(20..))]
+    limit: u64,
     /// Folder for the least cases of failures.
     #[arg(long, value_name = "DIR", default_value = "stress")]
     out: PathBuf,
@@ -137,8 +140,10 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     let plan = args.plan();
     let device = global.open_device()?;
     let progress = bar(global, cases.len()).with_message("stress");
+    let watch = Watch::new(Duration::from_secs(args.limit));
     let rows = stress::run(&device, &cases, &plan, &traced, &|step| match step {
         Step::Begun(case) => progress.set_message(case.title()),
+        Step::Trying(case, setting, options) => watch.expect(tried(case, setting, options)),
         Step::Done(row) => {
             progress.inc(1);
             for failure in &row.failures {
@@ -151,6 +156,7 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
         }
     });
     progress.finish_and_clear();
+    watch.expect("looking for the least cases of what failed".into());
     let saved = save_smallest(global, args, &device, &plan, &rows)?;
     let summary = Summary::of(&rows);
     writeln!(std::io::stdout().lock(), "{}\n\n{}", table(&rows), said(&summary))?;
@@ -166,6 +172,43 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     match summary.failed {
         0 => Ok(()),
         n => bail!("{n} of {} scenes failed; what was saved is in {}", summary.scenes, args.out.display()),
+    }
+}
+
+/// What goes on, in words.
+fn tried(case: &Case, setting: &Setting, options: Option<&Options>) -> String {
+    let (scene, tree) = (case.title(), setting.name());
+    match options {
+        None => format!("{scene}: building {tree}"),
+        Some(o) => {
+            let (query, precision) = (smallest::name_of(o.query), o.precision.name());
+            format!("{scene}: {tree}, {}, {query}, {precision}", o.walk.kernel_name())
+        }
+    }
+}
+
+/// Ends the program where what is expected takes too long: a device that hangs can't be asked to stop.
+struct Watch(Arc<Mutex<(Instant, String)>>);
+
+impl Watch {
+    fn new(limit: Duration) -> Self {
+        let state = Arc::new(Mutex::new((Instant::now(), String::new())));
+        let watched = Arc::clone(&state);
+        std::thread::spawn(move || {
+            loop {
+                std::thread::sleep(Duration::from_millis(200));
+                let (since, what) = watched.lock().unwrap_or_else(PoisonError::into_inner).clone();
+                if since.elapsed() > limit {
+                    eprintln!("error: {what}: no answer for {} s (--limit)", limit.as_secs());
+                    std::process::exit(1);
+                }
+            }
+        });
+        Self(state)
+    }
+
+    fn expect(&self, what: String) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = (Instant::now(), what);
     }
 }
 

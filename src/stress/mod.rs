@@ -1,6 +1,6 @@
 //! Scenes and rays that try to break builders and traversals, run on a device and judged by the f64 reference.
 //!
-//! [`CASES`] are the scenes, [`SETS`] the rays; [`run`] goes through scenes × builders × precisions × queries × walks and
+//! [`CASES`] are the scenes, [`SETS`] the rays; [`run()`] goes through scenes × builders × precisions × queries × walks and
 //! says what failed; [`smallest`] makes the least case of a failure and writes it down as files that `boxwood query`
 //! takes.
 //!

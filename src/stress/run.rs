@@ -1,7 +1,7 @@
 //! Scenes × builders × precisions × queries × walks: what answers, and whether the answers are right.
 
 use super::judge::{Arena, Known, Segment, Total};
-use super::{Case, Effort, Family, RaySet, SETS};
+use super::{Case, Effort, RaySet, SETS};
 use crate::abi::Hit;
 use crate::bvh::{Bvh, Collapse, Method, Morton, Recipe};
 use crate::device::{Device, DeviceError, Timing};
@@ -209,6 +209,8 @@ impl Row {
 pub enum Step<'a> {
     /// A scene is next.
     Begun(&'a Case),
+    /// A tree is next, and rays through it where it is there.
+    Trying(&'a Case, &'a Setting, Option<&'a Options>),
     /// A scene is done.
     Done(&'a Row),
 }
@@ -223,7 +225,7 @@ pub fn run(
 ) -> Vec<Row> {
     let one = |case: &&'static Case| {
         told(Step::Begun(case));
-        let row = try_case(device, case, plan, answer);
+        let row = try_case(device, case, plan, answer, told);
         told(Step::Done(&row));
         row
     };
@@ -284,7 +286,13 @@ fn traces(plan: &Plan, bvh: &Bvh) -> Vec<Options> {
     all
 }
 
-fn try_case(device: &Arc<Device>, case: &'static Case, plan: &Plan, answer: Answer) -> Row {
+fn try_case(
+    device: &Arc<Device>,
+    case: &'static Case,
+    plan: &Plan,
+    answer: Answer,
+    told: &dyn Fn(Step),
+) -> Row {
     let start = Instant::now();
     let scene = case.scene(plan.effort, plan.seed);
     let reference = Reference::new(&scene);
@@ -304,7 +312,7 @@ fn try_case(device: &Arc<Device>, case: &'static Case, plan: &Plan, answer: Answ
     };
     let settings = settings(case, plan);
     match Arena::new(device, answer, &reference, &rays, &segments) {
-        Ok(arena) => try_settings(&mut row, &arena, &settings, plan),
+        Ok(arena) => try_settings(&mut row, &arena, &settings, plan, told),
         Err(e) => {
             let failure = Failure {
                 kind: Kind::Build,
@@ -322,11 +330,12 @@ fn try_case(device: &Arc<Device>, case: &'static Case, plan: &Plan, answer: Answ
     row
 }
 
-fn try_settings(row: &mut Row, arena: &Arena, settings: &[Setting], plan: &Plan) {
+fn try_settings(row: &mut Row, arena: &Arena, settings: &[Setting], plan: &Plan, told: &dyn Fn(Step)) {
     let mut known: Vec<Known> = vec![];
     for &setting in settings {
         let failed =
             |kind, options, what| Failure { kind, setting, options, other: None, ray: None, what, cases: 1 };
+        told(Step::Trying(row.case, &setting, None));
         let bvh = match arena.build(&setting) {
             Ok(bvh) => bvh,
             Err((kind, what)) => {
@@ -341,6 +350,7 @@ fn try_settings(row: &mut Row, arena: &Arena, settings: &[Setting], plan: &Plan)
         }
         for options in traces(plan, &bvh) {
             row.cases += 1;
+            told(Step::Trying(row.case, &setting, Some(&options)));
             let hits = match arena.hits(&bvh, options) {
                 Ok(Ok(hits)) => hits,
                 Ok(Err(refused)) => {
@@ -439,11 +449,4 @@ pub fn chosen(patterns: &[String]) -> Vec<&'static Case> {
         patterns.is_empty() || patterns.iter().any(|p| title.contains(p.as_str()))
     };
     super::CASES.iter().filter(wanted).collect()
-}
-
-/// Where a family's name is used by its own.
-impl std::fmt::Display for Family {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(self.name())
-    }
 }
