@@ -1,19 +1,23 @@
 //! `boxwood stress`: what tries to break builders and traversals, judged by the f64 reference.
 
+mod report;
+mod watch;
+
+use self::report::{counted, list, report, said, table};
+use self::watch::Watch;
 use super::choices::PrecisionName;
 use super::files::{self, Output};
 use super::{Global, query::bar};
 use crate::bvh::Method;
 use crate::device::Device;
 use crate::stress::smallest::{self, Budget, Saved};
-use crate::stress::{self, Case, Effort, Outcome, Plan, Row, SETS, Setting, Step, Summary, Total, traced};
+use crate::stress::{self, Case, Effort, Plan, Row, Setting, Step, Summary, traced};
 use crate::trace::{Options, Precision};
 use anyhow::{Context, Result, bail};
-use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use std::cell::Cell;
 use std::io::Write;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Builders that are tried where none are named.
@@ -79,54 +83,6 @@ impl Args {
     }
 }
 
-/// What `stress` reports.
-#[derive(serde::Serialize)]
-struct Report<'a> {
-    device: &'a str,
-    driver: &'a str,
-    commit: &'static str,
-    effort: Effort,
-    seed: u64,
-    rays_per_set: usize,
-    builders: Vec<&'static str>,
-    summary: Summary,
-    scenes: Vec<SceneReport<'a>>,
-}
-
-/// A scene's row.
-#[derive(serde::Serialize)]
-struct SceneReport<'a> {
-    family: &'static str,
-    scene: &'static str,
-    why: &'static str,
-    outcome: Outcome,
-    triangles: usize,
-    depth: u32,
-    cases: usize,
-    rays: usize,
-    robust: &'a Total,
-    fast: &'a Total,
-    refusals: usize,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    refused: Option<&'a str>,
-    failures: Vec<FailureReport<'a>>,
-    seconds: f64,
-}
-
-/// A failure.
-#[derive(serde::Serialize)]
-struct FailureReport<'a> {
-    kind: stress::Kind,
-    setting: String,
-    query: &'static str,
-    precision: &'static str,
-    walk: &'static str,
-    cases: usize,
-    what: &'a str,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    smallest: Option<&'a Saved>,
-}
-
 /// Runs the command.
 pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     let cases = stress::chosen(&args.only);
@@ -169,6 +125,11 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
         let report = report(&device, &plan, summary.clone(), &rows, &saved);
         json.finish(files::json(&report)?.as_bytes())?;
     }
+    fail_on(&summary, args)
+}
+
+/// The command's failure, where a scene failed.
+fn fail_on(summary: &Summary, args: &Args) -> Result<()> {
     match summary.failed {
         0 => Ok(()),
         n => bail!("{n} of {} scenes failed; what was saved is in {}", summary.scenes, args.out.display()),
@@ -184,31 +145,6 @@ fn tried(case: &Case, setting: &Setting, options: Option<&Options>) -> String {
             let (query, precision) = (smallest::name_of(o.query), o.precision.name());
             format!("{scene}: {tree}, {}, {query}, {precision}", o.walk.kernel_name())
         }
-    }
-}
-
-/// Ends the program where what is expected takes too long: a device that hangs can't be asked to stop.
-struct Watch(Arc<Mutex<(Instant, String)>>);
-
-impl Watch {
-    fn new(limit: Duration) -> Self {
-        let state = Arc::new(Mutex::new((Instant::now(), String::new())));
-        let watched = Arc::clone(&state);
-        std::thread::spawn(move || {
-            loop {
-                std::thread::sleep(Duration::from_millis(200));
-                let (since, what) = watched.lock().unwrap_or_else(PoisonError::into_inner).clone();
-                if since.elapsed() > limit {
-                    eprintln!("error: {what}: no answer for {} s (--limit)", limit.as_secs());
-                    std::process::exit(1);
-                }
-            }
-        });
-        Self(state)
-    }
-
-    fn expect(&self, what: String) {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = (Instant::now(), what);
     }
 }
 
@@ -251,147 +187,6 @@ fn save_smallest(
     Ok(all)
 }
 
-fn counted(n: usize, what: &str) -> String {
-    if n == 1 { format!("1 {what}") } else { format!("{n} {what}s") }
-}
-
-fn report<'a>(
-    device: &'a Device,
-    plan: &Plan,
-    summary: Summary,
-    rows: &'a [Row],
-    saved: &'a [(usize, usize, Saved)],
-) -> Report<'a> {
-    let failures = |at: usize, row: &'a Row| {
-        let of = |(which, f): (usize, &'a stress::Failure)| FailureReport {
-            kind: f.kind,
-            setting: f.setting.name(),
-            query: smallest::name_of(f.options.query),
-            precision: f.options.precision.name(),
-            walk: f.options.walk.kernel_name(),
-            cases: f.cases,
-            what: &f.what,
-            smallest: saved.iter().find(|s| (s.0, s.1) == (at, which)).map(|s| &s.2),
-        };
-        row.failures.iter().enumerate().map(of).collect()
-    };
-    let scene = |(at, row): (usize, &'a Row)| SceneReport {
-        family: row.case.family.name(),
-        scene: row.case.name,
-        why: row.case.why,
-        outcome: row.outcome(),
-        triangles: row.triangles,
-        depth: row.depth,
-        cases: row.cases,
-        rays: row.rays,
-        robust: &row.robust,
-        fast: &row.fast,
-        refusals: row.refusals,
-        refused: row.refused.as_deref(),
-        failures: failures(at, row),
-        seconds: row.seconds,
-    };
-    Report {
-        device: &device.info().name,
-        driver: &device.info().driver,
-        commit: env!("BOXWOOD_COMMIT"),
-        effort: plan.effort,
-        seed: plan.seed,
-        rays_per_set: plan.rays,
-        builders: plan.methods.iter().map(|m| m.name).collect(),
-        summary,
-        scenes: rows.iter().enumerate().map(scene).collect(),
-    }
-}
-
-fn empty_table<T: Into<String>>(words: usize, header: impl IntoIterator<Item = T>) -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::ASCII_MARKDOWN).set_content_arrangement(ContentArrangement::Disabled);
-    table.set_header(header.into_iter().map(Into::into));
-    for column in table.column_iter_mut().skip(words) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    table
-}
-
-/// A row a scene.
-fn table(rows: &[Row]) -> Table {
-    let head = [
-        "family",
-        "scene",
-        "verdict",
-        "triangles",
-        "levels",
-        "cases",
-        "rays",
-        "missed",
-        "false",
-        "leaked",
-        "wrong",
-        "malformed",
-        "differing",
-        "unsure",
-        "fast's faults",
-        "refused",
-        "s",
-    ];
-    let mut table = empty_table(3, head);
-    for row in rows {
-        let words = [row.case.family.name(), row.case.name, row.outcome().name()].map(str::to_owned);
-        let r = &row.robust;
-        let numbers = [
-            row.triangles,
-            row.depth as usize,
-            row.cases,
-            row.rays,
-            r.missed,
-            r.false_hits,
-            r.leaked,
-            r.wrong_triangle,
-            r.malformed + row.fast.malformed,
-            r.differing,
-            r.unsure,
-            row.fast.faults() - row.fast.malformed,
-            row.refusals,
-        ]
-        .map(|n| n.to_string());
-        table.add_row(words.into_iter().chain(numbers).chain([format!("{:.1}", row.seconds)]));
-    }
-    table
-}
-
-/// In a line.
-fn said(s: &Summary) -> String {
-    format!(
-        "{}: {} passed, {} refused, {} failed; {} cases, {} answers, robust: {} faults, {} differing, {} unsure; fast: {} \
-         faults; {:.0} s",
-        counted(s.scenes, "scene"),
-        s.passed,
-        s.refused,
-        s.failed,
-        s.cases,
-        s.rays,
-        s.robust.faults(),
-        s.robust.differing,
-        s.robust.unsure,
-        s.fast.faults(),
-        s.seconds
-    )
-}
-
-/// Scenes and sets of rays, and why they are there.
-fn list(cases: &[&Case]) -> String {
-    let mut scenes = empty_table(2, ["scene", "why"]);
-    for case in cases {
-        scenes.add_row([case.title(), case.why.to_owned()]);
-    }
-    let mut sets = empty_table(2, ["rays", "why"]);
-    for set in SETS {
-        sets.add_row([set.name, set.why]);
-    }
-    format!("{}\n\n{}", scenes.trim_fmt(), sets.trim_fmt())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -404,5 +199,23 @@ mod tests {
             assert!(!case.why.is_empty());
         }
         assert!(BUILDERS.iter().all(|name| Method::named(name).is_some()));
+    }
+
+    #[test]
+    fn a_failure_is_the_commands() {
+        use clap::Parser;
+        #[derive(Parser)]
+        struct Only {
+            #[command(flatten)]
+            args: Args,
+        }
+        let Only { args } = Only::parse_from(["x", "--out", "there"]);
+        let mut summary = Summary::of(&[]);
+        assert!(fail_on(&summary, &args).is_ok());
+        (summary.scenes, summary.failed) = (9, 1);
+        let said = fail_on(&summary, &args).map_err(|e| e.to_string());
+        assert_eq!(said, Err("1 of 9 scenes failed; what was saved is in there".into()));
+        assert_eq!(args.plan().methods.len(), BUILDERS.len());
+        assert_eq!((args.plan().effort, args.plan().precisions.len()), (Effort::Whole, 2));
     }
 }

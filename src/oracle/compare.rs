@@ -242,6 +242,49 @@ mod tests {
         assert!(sum.iter().all(|x| x.abs() < 1e-12), "not centred: {sum:?}");
     }
 
+    /// What [`compare`] says of one triangle's answer to one ray.
+    fn verdict(corners: [[f32; 3]; 3], ray: Ray, hit: Hit) -> Verdict {
+        let scene = crate::scene::Scene {
+            positions: corners.to_vec(),
+            triangles: vec![[0, 1, 2]],
+            ..Default::default()
+        };
+        compare(&Reference::new(&scene), &[ray], &[hit], Query::Closest)
+    }
+
+    #[test]
+    fn a_t_beyond_the_floats_is_the_largest_of_them() {
+        let floor = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        let far = Ray {
+            origin: [0.25, 0.25, 4.0],
+            t_min: 0.0,
+            direction: [0.0, 0.0, -1e-41],
+            t_max: f32::INFINITY,
+        };
+        let hit = Hit { t: f32::MAX, triangle: 0, u: 0.25, v: 0.25 };
+        let right = verdict(floor, far, hit);
+        assert!(right.is_clean() && right.leaked == 0 && right.t_error.max < 1e-6, "{right}");
+        assert_eq!(verdict(floor, far, Hit { t: 3e38, ..hit }).leaked_stable, 1);
+        // So near that t is denormal: told to half of the least.
+        let near = Ray { direction: [0.0, 0.0, -3e38], origin: [0.25, 0.25, 1e-6], ..far };
+        let t = (1e-6f32 as f64 / 3e38f32 as f64) as f32;
+        assert!(0.0 < t && t < 1e-43);
+        assert_eq!(verdict(floor, near, Hit { t, ..hit }).leaked, 0);
+        assert_eq!(verdict(floor, near, Hit { t: 1e-40, ..hit }).leaked, 1);
+    }
+
+    #[test]
+    fn what_only_a_denormal_decides_is_unsure() {
+        // Past the tip of a spike, by less than any device with denormals of 0 can tell.
+        let spike = [[1.0, 0.0, 0.0], [0.0, 0.01, 0.0], [0.0; 3]];
+        let ray = |y| Ray { origin: [1.0, 0.0, 2.0], t_min: 0.0, direction: [0.0, y, -2.0], t_max: 9.0 };
+        let hit = Hit { t: 1.0, triangle: 0, u: 0.0, v: 0.0 };
+        assert!(verdict(spike, ray(0.0), hit).is_clean());
+        let past = verdict(spike, ray(-1e-40), hit);
+        assert_eq!((past.false_hits, past.false_stable), (1, 0), "{past}");
+        assert_eq!(verdict(spike, ray(-1e-37), hit).false_stable, 1);
+    }
+
     #[test]
     fn nearest_is_inside_on_an_edge_or_a_corner() {
         let t = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]];

@@ -1,7 +1,6 @@
 //! Builds a tree, has rays traced through it, and judges the answers.
 
-use super::NONSENSE;
-use super::run::{Answer, Kind, Setting};
+use super::{Answer, Kind, NONSENSE, Setting};
 use crate::abi::{Hit, INVALID, Ray};
 use crate::bvh::{self, Bvh, SceneBuffers};
 use crate::device::{Device, DeviceError, Timing};
@@ -15,11 +14,11 @@ use std::sync::Arc;
 
 /// Rays of a set among those of a scene.
 #[derive(Debug, Clone)]
-pub struct Segment {
+pub(super) struct Segment {
     /// The set.
-    pub name: &'static str,
+    pub(super) name: &'static str,
     /// Its rays.
-    pub range: Range<usize>,
+    pub(super) range: Range<usize>,
 }
 
 /// What answers are like. All but the last two: on rays that rounding doesn't excuse.

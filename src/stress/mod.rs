@@ -9,18 +9,20 @@
 //! where a ray of nonsense hits. A tree too deep for any stack is refused, which is no failure.
 
 mod judge;
+mod plan;
 mod random;
 mod rays;
+mod results;
 mod run;
 mod scenes;
 mod shapes;
 pub mod smallest;
 
-pub use judge::{Segment, Total};
+pub use judge::Total;
+pub use plan::{Plan, Setting, chosen};
 pub use rays::{NONSENSE, RaySet, SETS};
-pub use run::{
-    Answer, Failure, Kind, Outcome, Plan, Row, Setting, Step, Summary, chosen, rays_of, run, traced,
-};
+pub use results::{Failure, Kind, Outcome, Row, Summary};
+pub use run::{Answer, Step, run, traced};
 pub use scenes::{CASES, Case};
 
 /// How much is tried.

@@ -1,7 +1,8 @@
 //! The least case of a failure: fewer rays, then fewer triangles, as long as it fails in the same way; and files of it.
 
 use super::judge::{Arena, Segment};
-use super::run::{Answer, Failure, Kind, Plan, Row, rays_of};
+use super::plan::rays_of;
+use super::{Answer, Failure, Kind, Plan, Row, Setting};
 use crate::abi::Ray;
 use crate::device::Device;
 use crate::oracle::reference::Reference;
@@ -246,7 +247,7 @@ pub fn name_of(query: Query) -> &'static str {
 
 /// Commands that show `failure`, saved as `name`.
 fn replay(name: &str, failure: &Failure) -> Vec<String> {
-    let command = |setting: &super::Setting, options: &Options, hits: &str| {
+    let command = |setting: &Setting, options: &Options, hits: &str| {
         let any = if options.query == Query::Any { " --any" } else { "" };
         format!(
             "boxwood query {name}.tri --rays {name}.rays --out {hits} {} --precision {}{any} --runs 1 --check",
