@@ -25,6 +25,7 @@
 //! | [`picture`] | pictures of scenes, and of what their rays cost |
 //! | [`bench`](mod@bench) | warm-up, repeats, medians, rows |
 //! | [`profile`](mod@profile) | time, bytes and active lanes by kernel; a timeline |
+//! | [`stress`] | scenes and rays that try to break all of it |
 //! | [`report`] | the rows of a benchmark as a page; knows no device |
 //! | [`cli`] | the command line; knows everything, nothing knows it |
 //!
@@ -98,4 +99,5 @@ pub mod ray_query;
 pub mod report;
 pub mod saved;
 pub mod scene;
+pub mod stress;
 pub mod trace;

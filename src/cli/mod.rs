@@ -20,6 +20,7 @@ mod query;
 mod render;
 mod report;
 mod scenes;
+mod stress;
 mod tree;
 mod values;
 
@@ -71,6 +72,7 @@ enum Command {
     Fits(fits::Args),
     Layouts(layouts::Args),
     Profile(profile::Args),
+    Stress(stress::Args),
     Scenes(scenes::Args),
 }
 
@@ -91,6 +93,7 @@ pub fn main() -> ExitCode {
         Command::Fits(args) => fits::run(&cli.global, args),
         Command::Layouts(args) => layouts::run(&cli.global, args),
         Command::Profile(args) => profile::run(&cli.global, args),
+        Command::Stress(args) => stress::run(&cli.global, args),
         Command::Scenes(args) => scenes::run(&cli.global, args),
     };
     match done {

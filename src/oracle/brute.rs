@@ -85,6 +85,20 @@ impl Ray64 {
         }
     }
 
+    /// The ray as a device sees it to which denormal numbers are 0: without coordinates of its origin and components of its
+    /// direction that are below 2⁻¹²⁶ of `extent` and of its largest component.
+    pub fn without_denormals(&self, extent: f64) -> Self {
+        let least = f64::from(f32::MIN_POSITIVE);
+        let without = |v: V3, size: f64| v.map(|x| if x.abs() < least * size { 0.0 } else { x });
+        // A device scales by powers of two: by what lies between half of these and all.
+        let largest = self.direction.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        Self {
+            origin: without(self.origin, 2.0 * extent),
+            direction: without(self.direction, largest),
+            ..*self
+        }
+    }
+
     /// The ray with both ends of its range moved outward by `share` of their size; inward where negative.
     pub fn stretched(&self, share: f64) -> Self {
         let step = |t: f64| if t.is_finite() { share * t.abs() } else { 0.0 };

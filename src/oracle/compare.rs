@@ -40,6 +40,8 @@ const ORIGIN_JITTER: f64 = 1e-7;
 const DIRECTION_JITTER: f64 = 2e-6;
 /// By how much two more copies stretch and shrink the range of t: two f32 ulps.
 const RANGE_JITTER: f64 = 1.0 / (1u32 << 22) as f64;
+/// Spacing of denormal f32: t can't be told more finely.
+const GRAIN_OF_T: f64 = f64::from_bits((1023 - 149) << 52);
 /// Rays a task.
 const CHUNK: usize = 1 << 12;
 
@@ -77,7 +79,7 @@ fn judge(tally: &mut Tally, at: usize, reference: &Reference, ray: &Ray, hit: &H
         return tally.fault(example(Fault::Malformed, true));
     }
     // A ray that can hit nothing has no copies, and no excuse.
-    let copies = || ray64.into_iter().flat_map(|r| copies(&r));
+    let copies = || ray64.into_iter().flat_map(|r| copies(&r, reference.extent()));
     if expected.is_some() != hit.is_hit() {
         let stable = match query {
             Query::Closest => copies().all(|c| agrees(expected, reference.closest64(&c))),
@@ -89,10 +91,12 @@ fn judge(tally: &mut Tally, at: usize, reference: &Reference, ray: &Ray, hit: &H
     let (Some(expected), Query::Closest) = (expected, query) else { return };
     let plain = Some(expected);
     let stable = || copies().all(|c| agrees(plain, reference.closest64(&c)));
-    if !near(f64::from(hit.t), expected.t, SAME_SURFACE) {
+    // +inf is a miss: a t beyond the floats is told as the largest of them.
+    let told = expected.t.clamp(-f64::from(f32::MAX), f64::from(f32::MAX));
+    if (f64::from(hit.t) - told).abs() > SAME_SURFACE * told.abs() + GRAIN_OF_T {
         tally.fault(example(Fault::Leaked, stable()));
     } else if hit.triangle == expected.triangle {
-        tally.agreement(hit, &expected);
+        tally.agreement(hit, &Hit64 { t: told, ..expected });
     } else if ray64.is_some_and(|r| brushed(reference, &r, &expected, hit.triangle))
         || ray64.into_iter().chain(copies()).any(|r| tied(reference, &r, &expected, hit.triangle))
     {
@@ -178,8 +182,9 @@ fn nearest(p: V3, [a, b, c]: [V3; 3]) -> V3 {
     on_edge.into_iter().fold(on_edge[0], |best, x| if x.0 < best.0 { x } else { best }).1
 }
 
-/// The ray moved to [`COPIES`] places on a circle across it, and with its range stretched and shrunk.
-fn copies(ray: &Ray64) -> impl Iterator<Item = Ray64> + use<> {
+/// The ray moved to [`COPIES`] places on a circle across it, with its range stretched and shrunk, and without denormals in
+/// a scene of this extent.
+fn copies(ray: &Ray64, extent: f64) -> impl Iterator<Item = Ray64> + use<> {
     let ray = *ray;
     let d = ray.direction();
     let length = dot(d, d).sqrt();
@@ -198,7 +203,11 @@ fn copies(ray: &Ray64) -> impl Iterator<Item = Ray64> + use<> {
         let offset: [f64; 3] = std::array::from_fn(|i| cos * across[i] + sin * up[i]);
         ray.displaced(offset.map(|x| x * size * ORIGIN_JITTER), offset.map(|x| x * length * DIRECTION_JITTER))
     };
-    (0..COPIES).map(moved).chain([ray.stretched(RANGE_JITTER), ray.stretched(-RANGE_JITTER)])
+    (0..COPIES).map(moved).chain([
+        ray.stretched(RANGE_JITTER),
+        ray.stretched(-RANGE_JITTER),
+        ray.without_denormals(extent),
+    ])
 }
 
 fn sub(a: V3, b: V3) -> V3 {
@@ -221,8 +230,8 @@ mod tests {
     fn copies_surround_the_ray() {
         let ray = Ray { origin: [1.0, -2.0, 3.0], t_min: 0.0, direction: [0.0, 5.0, -0.0], t_max: 1.0 };
         let Some(plain) = Ray64::new(&ray) else { panic!("a good ray is refused") };
-        let moved: Vec<Ray64> = copies(&plain).collect();
-        assert_eq!(moved.len(), COPIES as usize + 2);
+        let moved: Vec<Ray64> = copies(&plain, 1.0).collect();
+        assert_eq!(moved.len(), COPIES as usize + 3);
         let mut sum = [0.0; 3];
         for c in &moved[..COPIES as usize] {
             let off: [f64; 3] = std::array::from_fn(|k| c.direction()[k] - plain.direction()[k]);
@@ -231,6 +240,49 @@ mod tests {
             (0..3).for_each(|k| sum[k] += off[k]);
         }
         assert!(sum.iter().all(|x| x.abs() < 1e-12), "not centred: {sum:?}");
+    }
+
+    /// What [`compare`] says of one triangle's answer to one ray.
+    fn verdict(corners: [[f32; 3]; 3], ray: Ray, hit: Hit) -> Verdict {
+        let scene = crate::scene::Scene {
+            positions: corners.to_vec(),
+            triangles: vec![[0, 1, 2]],
+            ..Default::default()
+        };
+        compare(&Reference::new(&scene), &[ray], &[hit], Query::Closest)
+    }
+
+    #[test]
+    fn a_t_beyond_the_floats_is_the_largest_of_them() {
+        let floor = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        let far = Ray {
+            origin: [0.25, 0.25, 4.0],
+            t_min: 0.0,
+            direction: [0.0, 0.0, -1e-41],
+            t_max: f32::INFINITY,
+        };
+        let hit = Hit { t: f32::MAX, triangle: 0, u: 0.25, v: 0.25 };
+        let right = verdict(floor, far, hit);
+        assert!(right.is_clean() && right.leaked == 0 && right.t_error.max < 1e-6, "{right}");
+        assert_eq!(verdict(floor, far, Hit { t: 3e38, ..hit }).leaked_stable, 1);
+        // So near that t is denormal: told to half of the least.
+        let near = Ray { direction: [0.0, 0.0, -3e38], origin: [0.25, 0.25, 1e-6], ..far };
+        let t = (1e-6f32 as f64 / 3e38f32 as f64) as f32;
+        assert!(0.0 < t && t < 1e-43);
+        assert_eq!(verdict(floor, near, Hit { t, ..hit }).leaked, 0);
+        assert_eq!(verdict(floor, near, Hit { t: 1e-40, ..hit }).leaked, 1);
+    }
+
+    #[test]
+    fn what_only_a_denormal_decides_is_unsure() {
+        // Past the tip of a spike, by less than any device with denormals of 0 can tell.
+        let spike = [[1.0, 0.0, 0.0], [0.0, 0.01, 0.0], [0.0; 3]];
+        let ray = |y| Ray { origin: [1.0, 0.0, 2.0], t_min: 0.0, direction: [0.0, y, -2.0], t_max: 9.0 };
+        let hit = Hit { t: 1.0, triangle: 0, u: 0.0, v: 0.0 };
+        assert!(verdict(spike, ray(0.0), hit).is_clean());
+        let past = verdict(spike, ray(-1e-40), hit);
+        assert_eq!((past.false_hits, past.false_stable), (1, 0), "{past}");
+        assert_eq!(verdict(spike, ray(-1e-37), hit).false_stable, 1);
     }
 
     #[test]

@@ -59,6 +59,12 @@ impl<'s> Reference<'s> {
         self.scene
     }
 
+    /// Longest edge of the box of all triangles that can be hit; 0 where there are none.
+    pub(super) fn extent(&self) -> f64 {
+        let Bounds { lo, hi } = self.nodes[0].bounds;
+        (0..3).map(|k| f64::from(hi[k]) - f64::from(lo[k])).fold(0.0, f64::max)
+    }
+
     /// The first hit of `ray`: the same as [`brute::closest`].
     pub fn closest(&self, ray: &Ray) -> Option<Hit64> {
         self.closest64(&Ray64::new(ray)?)

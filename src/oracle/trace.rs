@@ -67,6 +67,13 @@ fn scaled(x: f32, exponent: i32) -> f32 {
     if exact.abs() < f64::from(f32::MIN_POSITIVE) { 0f32.copysign(x) } else { exact as f32 }
 }
 
+/// Likewise a limit of t, towards the inside of the range where it would become 0.
+fn scaled_limit(t: f32, exponent: i32, outward_sign: f32) -> f32 {
+    let scaled = scaled(t, exponent);
+    let inward = t.is_sign_negative() != outward_sign.is_sign_negative() && t != 0.0;
+    if scaled == 0.0 && inward { f32::MIN_POSITIVE.copysign(t) } else { scaled }
+}
+
 /// 1 / d, finite.
 fn inverse_of(d: V3) -> V3 {
     d.map(|x| 1.0 / if x.abs() < LEAST_DIRECTION { LEAST_DIRECTION.copysign(x) } else { x })
@@ -113,8 +120,8 @@ pub fn prepare(ray: &Ray, space: &Space) -> Setup {
         inverse,
         near: std::array::from_fn(|k| centre[k] - pad[k]),
         far: std::array::from_fn(|k| centre[k] + pad[k]),
-        t_min: scaled(ray.t_min, -t_exponent),
-        t_max: scaled(ray.t_max, -t_exponent),
+        t_min: scaled_limit(ray.t_min, -t_exponent, -1.0),
+        t_max: scaled_limit(ray.t_max, -t_exponent, 1.0),
         t_exponent,
         valid,
     }

@@ -20,7 +20,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// Rays that one dispatch takes at most (the seed's batch).
 pub const BATCH: usize = 1 << 20;
 /// Largest stack: beyond it a tree is refused, never traced wrongly.
-const MAX_STACK: u32 = 4096;
+pub const MAX_STACK: u32 = 4096;
 
 /// What to find.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -220,16 +220,17 @@ impl Batch {
     }
 }
 
-/// Entries of the stack for `bvh`. A node on the way down leaves all its children but one, and what waits holds a
-/// triangle at least. In steps, so that few pipelines are made; drivers may fill a stack with zeros for every ray.
-///
-/// # Errors
-/// [`DeviceError::Limit`] for a tree deeper than any stack.
-fn stack_size(bvh: &Bvh) -> Result<u32> {
-    stack_of(bvh.depth.saturating_mul(WIDTH - 1).min(bvh.triangle_count))
+/// Entries that a ray's stack may need in `bvh`: beyond [`MAX_STACK`] it is refused. A node on the way down leaves all its
+/// children but one, and what waits holds a triangle at least.
+pub fn stack_entries(bvh: &Bvh) -> u32 {
+    bvh.depth.saturating_mul(WIDTH - 1).min(bvh.triangle_count)
 }
 
-/// Likewise, for no more than `entries`.
+/// A stack for no more than `entries`. In steps, so that few pipelines are made; drivers may fill a stack with zeros for
+/// every ray.
+///
+/// # Errors
+/// [`DeviceError::Limit`] for more entries than any stack has.
 fn stack_of(entries: u32) -> Result<u32> {
     if entries > MAX_STACK {
         let (wanted, limit) = (entries.into(), MAX_STACK.into());
@@ -265,7 +266,7 @@ fn record(rec: &mut Recorder, bvh: &Bvh, batch: &Batch, options: Options) -> Res
     let constants = [
         (SPEC_WG, shape.trace_workgroup),
         (SPEC_ITEMS, items),
-        (SPEC_STACK, stack_size(bvh)?),
+        (SPEC_STACK, stack_of(stack_entries(bvh))?),
         (SPEC_LEAF_BITS, bvh.leaf_bits),
         (SPEC_ANY, (options.query == Query::Any).into()),
         (SPEC_COUNT, batch.tests.is_some().into()),

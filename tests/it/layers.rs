@@ -37,6 +37,7 @@ const LAYERS: &[(&str, &[&str])] = &[
         ],
     ),
     ("profile", &["abi", "geom", "scene", "device", "bvh", "trace", "bench"]),
+    ("stress", &["abi", "geom", "scene", "device", "bvh", "trace", "oracle", "bench"]),
     ("report", &["oracle", "bench"]),
 ];
 /// Rooms that may know all.

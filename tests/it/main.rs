@@ -46,6 +46,7 @@ mod shaders;
 mod sort;
 mod soup;
 mod strategies;
+mod stress;
 mod topology;
 mod trace;
 mod volumes;

@@ -274,6 +274,21 @@ fn t_min_and_t_max_belong_to_the_range() {
             expected.push(hit.unwrap_or(f32::INFINITY));
         }
     }
+    // From a surface: t = 0 is in no range that begins above 0 or ends below it, by however little.
+    let least = f32::from_bits(1);
+    for (t_min, t_max, hit) in [
+        (0.0, f32::INFINITY, Some(0.0)),
+        (-0.0, 0.0, Some(0.0)),
+        (-least, least, Some(0.0)),
+        (f32::MIN_POSITIVE, f32::INFINITY, Some(1.0)),
+        (least, f32::INFINITY, Some(1.0)),
+        (least, least, None),
+        (least, -least, None),
+        (f32::NEG_INFINITY, -least, None),
+    ] {
+        rays.push(Ray { t_min, t_max, ..ray([0.125, 0.25, 1.0], [0.125, 0.25, 1.0]) });
+        expected.push(hit.unwrap_or(f32::INFINITY));
+    }
     let hits = check(&device, "ranges", &scene, &rays);
     for i in 0..rays.len() {
         assert_eq!(hits[i].t, expected[i], "{:?}", rays[i]);
