@@ -90,4 +90,5 @@ pub mod profile;
 pub mod ray_query;
 pub mod report;
 pub mod scene;
+pub mod stress;
 pub mod trace;

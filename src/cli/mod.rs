@@ -19,6 +19,7 @@ mod query;
 mod render;
 mod report;
 mod scenes;
+mod stress;
 mod values;
 
 use crate::device::{Device, Options};
@@ -69,6 +70,7 @@ enum Command {
     Layouts(layouts::Args),
     Profile(profile::Args),
     Scenes(scenes::Args),
+    Stress(stress::Args),
 }
 
 /// Runs the command that the arguments name.
@@ -88,6 +90,7 @@ pub fn main() -> ExitCode {
         Command::Layouts(args) => layouts::run(&cli.global, args),
         Command::Profile(args) => profile::run(&cli.global, args),
         Command::Scenes(args) => scenes::run(&cli.global, args),
+        Command::Stress(args) => stress::run(&cli.global, args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

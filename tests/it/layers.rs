@@ -24,6 +24,7 @@ const LAYERS: &[(&str, &[&str])] = &[
     ),
     ("profile", &["abi", "geom", "scene", "device", "bvh", "trace", "bench"]),
     ("report", &["oracle", "bench"]),
+    ("stress", &["abi", "scene", "device", "bvh", "trace", "oracle"]),
 ];
 /// Rooms that may know all.
 const TOPS: &[&str] = &["lib", "main", "cli"];

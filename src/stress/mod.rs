@@ -1,0 +1,3 @@
+//! Tests that try to break trees and rays, long ones as well.
+
+pub mod closed;
