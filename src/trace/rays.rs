@@ -11,6 +11,7 @@ mod shadow;
 pub use aimed::Aimed;
 pub use file::{RayFileError, parse};
 pub use sampler::Sampler;
+pub(crate) use sampler::mixed;
 pub use secondary::{AO_SHARE, MOST_SAMPLES, SAMPLES, SECONDARY_BATCH, Secondary, SecondaryKind, secondary};
 pub use shadow::Light;
 
