@@ -24,16 +24,10 @@ pub mod write;
 
 pub use camera::Camera;
 pub use error::SceneError;
-<<<<<<< HEAD
 pub use fetch::{Archive, cache_folder, mesh_in};
 pub use manifest::{Entry, Fetched, Manifest, ManifestError, Registry, Source, manifest, set};
-pub use open::{FILES, Options, fetch, is_cached, names, open, parse};
+pub use open::{FILES, Options, fetch, is_cached, names, open, parse, triangles_of};
 pub use printable::printable;
-=======
-pub use fetch::cache_folder;
-pub use manifest::{Entry, Fetched, Manifest, Registry, Source, manifest, set};
-pub use open::{FILES, Options, fetch, is_cached, names, open, triangles_of};
->>>>>>> faults
 pub use procedural::Generator;
 pub use progress::Progress;
 pub use siblings::Siblings;

