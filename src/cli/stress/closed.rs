@@ -10,7 +10,7 @@ use crate::trace::Precision;
 use anyhow::{Context, Result, bail};
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Faulty rays that are saved.
 const SAVED: usize = 8;

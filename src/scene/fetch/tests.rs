@@ -1,7 +1,6 @@
 use super::archive::{self, unpack};
 use super::*;
 use crate::scene::Registry;
-use std::fs::File;
 use std::io::{self, Write};
 
 /// A made-up mesh that nobody has published.
