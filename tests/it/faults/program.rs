@@ -43,7 +43,7 @@ fn each_command_fails_in_one_line_and_writes_nothing() {
         ["allocation:1", "submit:1", "allocation:60", "fence:4", "allocation:300", "submit:9", "budget:1MiB"];
     let before = folder.names();
     for (i, (args, size)) in commands.into_iter().enumerate() {
-        let args = [&["-q"], args, size].concat();
+        let args = [&["-q"][..], args, size].concat();
         // Three of the faults, other ones for the next command; all of them are met by some.
         for j in 0..3 {
             let fault = faults[(3 * i + j) % faults.len()];
