@@ -1,6 +1,7 @@
 //! Integration tests: one binary, so that one device serves all.
 
 mod adversarial;
+mod ao;
 mod assisted;
 mod auto;
 mod bench;
@@ -8,6 +9,7 @@ mod binned;
 mod boxes;
 mod browser;
 mod cli;
+mod closed;
 mod collapse;
 mod costs;
 mod device;
