@@ -31,6 +31,7 @@ mod orient;
 mod orientation;
 mod ploc;
 mod profile;
+mod properties;
 mod quality;
 mod ray_query;
 mod rays;
