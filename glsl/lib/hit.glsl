@@ -129,16 +129,13 @@ bool meet_triangle(Setup s, PackedTriangle triangle, inout Nearest nearest) {
     Meeting m;
     bool met = ROBUST != 0 ? meet_robust(s, triangle, m) : meet_fast(s, triangle, m);
     if (!met) return false;
-    if (ANY != 0) {
-        // No division: t · |det| against the limits times |det|.
-        float depth = m.det < 0.0 ? -m.depth : m.depth, det = abs(m.det);
-        if (!(depth >= s.t_min * det && depth <= s.t_max * det)) return false;
-        nearest.triangle = 0;
-        return true;
-    }
     precise float over = 1.0 / m.det;
     precise float t = m.depth * over;
     if (!(t >= s.t_min && t <= nearest.t)) return false;
+    if (ANY != 0) {
+        nearest.triangle = 0;
+        return true;
+    }
     if (t == nearest.t && triangle.index >= nearest.triangle) return false;
     nearest.t = t;
     nearest.triangle = triangle.index;

@@ -330,8 +330,8 @@ impl Tree<'_> {
         let mut nearest = Nearest { t: s.t_max, triangle: INVALID, uv: [0.0; 2] };
         let tests = self.walk(nodes, &s, &mut nearest, |place, _| {
             occluded |= self.meet(&s, self.triangle(place).0).is_some_and(|m| {
-                let (depth, det) = if m.det < 0.0 { (-m.depth, -m.det) } else { (m.depth, m.det) };
-                depth >= s.t_min * det && depth <= s.t_max * det
+                let t = m.depth * (1.0 / m.det);
+                t >= s.t_min && t <= s.t_max
             });
             occluded
         });

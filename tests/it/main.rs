@@ -1,6 +1,7 @@
 //! Integration tests: one binary, so that one device serves all.
 
 mod adversarial;
+mod ao;
 mod assisted;
 mod auto;
 mod bench;
@@ -9,6 +10,7 @@ mod bounds;
 mod boxes;
 mod browser;
 mod cli;
+mod closed;
 mod collapse;
 mod costs;
 mod device;
@@ -33,6 +35,7 @@ mod orient;
 mod orientation;
 mod ploc;
 mod profile;
+mod properties;
 mod quality;
 mod ray_query;
 mod rays;

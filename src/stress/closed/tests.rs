@@ -66,8 +66,8 @@ fn the_surface_lies_where_rays_are_told() {
                 }
                 assert!(shot.most.is_finite() && shot.ray.t_max == f32::INFINITY, "{what}");
             }
-            // Needles are long and thin.
-            let limit = if solid.name == "needles" { 1e-3 } else { 3e-5 };
+            // Needles are long and thin; far off, a point of an edge that a ray along an axis is to go through is rounded.
+            let limit = if ["needles", "far sphere"].contains(&solid.name) { 1e-3 } else { 3e-5 };
             assert!(widest < limit, "{}, {}: ranges of up to {widest:e}", solid.name, kind.name());
         }
     }
@@ -87,7 +87,9 @@ fn kinds_are_what_they_say() {
             d.iter().filter(|x| **x == 0.0).for_each(|x| zeros[usize::from(x.is_sign_negative())] += 1);
         }
         assert!(zeros.iter().all(|n| *n > 200), "{}: {zeros:?}", solid.name);
-        assert!(ways.iter().all(|n| *n > 0), "{}: {ways:?}", solid.name);
+        // A turned solid may have no vertex near an axis.
+        let axes_met = ways.chunks(2).filter(|n| n[0] > 0 && n[1] > 0).count();
+        assert!(axes_met == 3 || (axes_met == 2 && solid.turned), "{}: {ways:?}", solid.name);
         // The same seed, the same ray; another, another.
         let same = Shots::new(&solid, Kind::Axes, 1, 0.0).shot(5).ray;
         let other = Shots::new(&solid, Kind::Axes, 2, 0.0).shot(5).ray;
