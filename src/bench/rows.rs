@@ -245,6 +245,22 @@ mod tests {
     }
 
     #[test]
+    fn rows_as_deep_as_one_likes_are_refused() {
+        for text in [
+            "[".repeat(100_000),
+            "{\"row\":".repeat(100_000),
+            "{\"row\":\"header\",\"x\":".to_owned() + &"[".repeat(100_000),
+        ] {
+            assert!(
+                Results::parse(Path::new("rows.jsonl"), text.as_bytes())
+                    .unwrap_err()
+                    .to_string()
+                    .contains("line 1")
+            );
+        }
+    }
+
+    #[test]
     fn rows_of_another_run_are_refused() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("rows.jsonl");

@@ -5,6 +5,7 @@ mod error;
 mod fetch;
 mod gltf;
 mod manifest;
+mod memory;
 mod mesh;
 mod mtl;
 mod obj;

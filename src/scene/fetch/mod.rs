@@ -42,10 +42,7 @@ const HOMELESS: &str = "no home directory to keep it in; set BOXWOOD_CACHE";
 pub(super) fn get(wanted: Wanted, options: &Options) -> Result<(PathBuf, Vec<u8>), SceneError> {
     let cache = cache(options).ok_or_else(|| wanted.failed(vec![HOMELESS.to_owned()]))??;
     let path = cache.join(wanted.file());
-    if path.is_file()
-        && let Ok(bytes) = mesh::read(&path, options.progress)
-        && archive::check(wanted.mesh, &bytes).is_ok()
-    {
+    if let Some(bytes) = cached(wanted, &path, options) {
         return Ok((path, bytes));
     }
     let fail = |source| SceneError::Cache { path: cache.clone(), source };
@@ -65,6 +62,13 @@ pub(super) fn get(wanted: Wanted, options: &Options) -> Result<(PathBuf, Vec<u8>
         }
     }
     Err(wanted.failed(tried))
+}
+
+/// What is in the cached file `path`, where it is the mesh meant.
+fn cached(wanted: Wanted, path: &Path, options: &Options) -> Option<Vec<u8>> {
+    let size = fs::metadata(path).ok().filter(|m| m.is_file())?.len();
+    let bytes = (size == wanted.mesh.bytes).then(|| mesh::read(path, options.progress))?.ok()?;
+    archive::check(wanted.mesh, &bytes).is_ok().then_some(bytes)
 }
 
 /// Whether a file of the right size is in the cache; its sum is checked when it is opened.

@@ -78,6 +78,105 @@ fn a_cache_that_is_a_file_is_an_error_and_a_failed_fetch_names_a_stand_in() {
     assert!(error.to_string().contains("npm: no"), "{error}");
 }
 
+#[test]
+fn a_cached_file_that_was_changed_is_not_taken() {
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = nowhere("x.obj");
+    let path = folder.path().join("nowhere.obj");
+    for text in ["hellO", "hell", "hello!"] {
+        fs::write(&path, text).unwrap();
+        assert_eq!(cached(wanted(&mesh), &path, &quiet()), None, "{text}");
+    }
+    fs::write(&path, "hello").unwrap();
+    assert_eq!(cached(wanted(&mesh), &path, &quiet()).unwrap(), b"hello");
+    fs::remove_file(&path).unwrap();
+    fs::create_dir(&path).unwrap();
+    assert_eq!(cached(wanted(&mesh), &path, &quiet()), None, "a folder");
+}
+
+/// A package of npm's with files, and links where what is in them is none.
+fn tgz(entries: &[(&str, Option<&[u8]>)]) -> Vec<u8> {
+    let mut tar = tar::Builder::new(flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast()));
+    for (name, bytes) in entries {
+        let mut header = tar::Header::new_gnu();
+        // `set_path` refuses what leads out.
+        header.as_mut_bytes()[..name.len()].copy_from_slice(name.as_bytes());
+        header.set_mode(0o644);
+        header.set_size(bytes.map_or(0, |b| b.len() as u64));
+        if bytes.is_none() {
+            header.set_entry_type(tar::EntryType::Symlink);
+            header.set_link_name("/etc/hostname").unwrap();
+        }
+        header.set_cksum();
+        tar.append(&header, bytes.unwrap_or_default()).unwrap();
+    }
+    tar.into_inner().unwrap().finish().unwrap()
+}
+
+fn wheel(entries: &[(&str, &[u8])]) -> Vec<u8> {
+    let mut zip = zip::ZipWriter::new(io::Cursor::new(Vec::new()));
+    for (name, bytes) in entries {
+        zip.start_file(*name, zip::write::SimpleFileOptions::default()).unwrap();
+        zip.write_all(bytes).unwrap();
+    }
+    zip.finish().unwrap().into_inner()
+}
+
+/// Names in an archive lead nowhere: the one member is taken by its whole name, into memory.
+#[test]
+fn archives_give_the_one_member_and_nothing_else() {
+    let mesh = nowhere("media/x.obj");
+    let take = |kind, bytes: Vec<u8>| mesh_in(kind, io::Cursor::new(bytes), &mesh);
+    let hello: Option<&[u8]> = Some(b"hello");
+    let around = [
+        ("../package/media/x.obj", hello),
+        ("/package/media/x.obj", hello),
+        ("package/media/../media/x.obj", hello),
+        ("package/media/link", None),
+        ("media/x.obj", hello),
+    ];
+    assert!(take(Archive::Tgz, tgz(&around)).unwrap_err().contains("has no package/media/x.obj"));
+    let with = |member| tgz(&[&around[..], &[("package/media/x.obj", member)]].concat());
+    assert_eq!(take(Archive::Tgz, with(hello)).unwrap(), b"hello");
+    assert!(take(Archive::Tgz, with(None)).unwrap_err().contains("0 bytes instead of 5"), "a link");
+    assert!(take(Archive::Tgz, with(Some(b"hellO"))).unwrap_err().contains("SHA-256"));
+    assert!(take(Archive::Tgz, b"hello".to_vec()).unwrap_err().contains("damaged"));
+
+    let around: [(&str, &[u8]); 3] =
+        [("../media/x.obj", b"hello"), ("/media/x.obj", b"hello"), ("media/../media/x.obj", b"hello")];
+    assert!(take(Archive::Wheel, wheel(&around)).unwrap_err().contains("media/x.obj"));
+    let with = |member: &'static [u8]| wheel(&[&around[..], &[("media/x.obj", member)]].concat());
+    assert_eq!(take(Archive::Wheel, with(b"hello")).unwrap(), b"hello");
+    assert!(take(Archive::Wheel, with(b"hellO")).unwrap_err().contains("SHA-256"));
+    assert!(take(Archive::Wheel, b"hello".to_vec()).unwrap_err().contains("damaged"));
+    // Much out of little: no more is unpacked than is wanted.
+    let bomb = wheel(&[("media/x.obj", &vec![0; 8 << 20])]);
+    assert!(take(Archive::Wheel, bomb).unwrap_err().contains("65541 bytes instead of 5"));
+}
+
+/// A member before the one wanted, of 2^40 bytes by its header, and 1 GiB of zeros behind it.
+#[test]
+fn archives_that_never_end_are_left() {
+    let mut header = tar::Header::new_gnu();
+    header.set_path("package/a").unwrap();
+    header.set_size(1 << 40);
+    header.set_cksum();
+    for kind in [tar::EntryType::Regular, tar::EntryType::GNULongName, tar::EntryType::XHeader] {
+        header.set_entry_type(kind);
+        header.set_cksum();
+        let mut deflate = flate2::Compress::new(flate2::Compression::fast(), false);
+        let mut packed = b"\x1f\x8b\x08\0\0\0\0\0\0\x03".to_vec();
+        packed.reserve(1 << 16);
+        deflate.compress_vec(header.as_bytes(), &mut packed, flate2::FlushCompress::Full).unwrap();
+        let mut zeros = Vec::with_capacity(1 << 16);
+        deflate.compress_vec(&vec![0; 1 << 20], &mut zeros, flate2::FlushCompress::Full).unwrap();
+        packed.extend(zeros.repeat(1 << 10));
+        assert!(packed.len() < 8 << 20);
+        let error = mesh_in(Archive::Tgz, io::Cursor::new(&packed[..]), &nowhere("x.obj")).unwrap_err();
+        assert!(error.contains("damaged") || error.contains("has no package/x.obj"), "{error}");
+    }
+}
+
 fn quiet() -> Options {
     Options { progress: crate::scene::Progress::Quiet, cache: None }
 }
