@@ -63,8 +63,8 @@ fn array<T: Deserialize>(
     Ok((file.into_vec().map_err(|e| e.to_string())?, shape))
 }
 
-/// Refuses what the crate would make room for, or descend into, as the file likes: a header of any length, brackets
-/// in brackets.
+/// Refuses what the crate would make room for, descend into or multiply as the file likes: a header of any length,
+/// brackets in brackets, axes.
 fn must_be_plain(npy: &[u8]) -> Result<(), String> {
     // Six bytes of magic, the version, and the header's length: of two bytes, from version 2 on of four.
     let start = if npy.get(6).is_some_and(|version| *version < 2) { 10 } else { 12 };
@@ -72,10 +72,16 @@ fn must_be_plain(npy: &[u8]) -> Result<(), String> {
     let length = length.iter().rev().fold(0, |length, byte| length << 8 | u64::from(*byte));
     let header = usize::try_from(length).ok().and_then(|n| npy[start..].get(..n));
     let header = header.filter(|_| length <= HEADER).ok_or(format!("a header of {length} bytes"))?;
-    match header.iter().filter(|b| b"([{".contains(b)).count() {
-        0..=BRACKETS => Ok(()),
-        many => Err(format!("a header with {many} brackets")),
+    let brackets = header.iter().filter(|b| b"([{".contains(b)).count();
+    if brackets > BRACKETS {
+        return Err(format!("a header with {brackets} brackets"));
     }
+    // Of the axes' product it takes the last 64 bits.
+    let words = header.split(|b| !b.is_ascii_alphanumeric() && *b != b'_');
+    let numbers = words.filter(|w| w.first().is_some_and(u8::is_ascii_digit));
+    let number = |word| str::from_utf8(word).ok()?.parse::<u64>().ok();
+    let product = numbers.map(number).try_fold(1, |product: u64, n| product.checked_mul(n?.max(1)));
+    product.map(drop).ok_or_else(|| "an array of a shape which no terrain has".to_owned())
 }
 
 /// Two triangles a cell, anticlockwise from above.
