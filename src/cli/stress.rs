@@ -15,7 +15,6 @@ use crate::stress::smallest::{self, Budget, Saved};
 use crate::stress::{self, Case, Effort, Plan, Row, Setting, Step, Summary, traced};
 use crate::trace::{Options, Precision};
 use anyhow::{Context, Result, bail};
-use std::cell::Cell;
 use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -171,16 +170,15 @@ fn save_smallest(
     rows: &[Row],
 ) -> Result<Vec<(usize, usize, Saved)>> {
     let until = Instant::now() + LOOKING;
-    let left = Cell::new(LOOKED_INTO);
-    let mut all = vec![];
+    let (mut left, mut all) = (LOOKED_INTO, vec![]);
     for (at, row) in rows.iter().enumerate() {
         for (which, failure) in row.failures.iter().enumerate() {
             let time = until.saturating_duration_since(Instant::now());
-            if left.get() == 0 || time.is_zero() {
+            if left == 0 || time.is_zero() {
                 global.remark(format_args!("{}: not looked into, enough was", row.case.title()));
                 continue;
             }
-            left.set(left.get() - 1);
+            left -= 1;
             let budget = Budget { time: Budget::default().time.min(time), ..Budget::default() };
             let smallest = smallest::smallest(device, &traced, plan, row, failure, budget);
             let saved = smallest::save(&args.out, device, plan, row, failure, &smallest)
