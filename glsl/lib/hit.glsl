@@ -27,7 +27,21 @@ struct Meeting {
 bool meet_in_doubt(Setup s, PackedTriangle t, out Meeting m) {
     dvec3 d = dvec3(turned(s, s.direction)), o = dvec3(s.origin);
     dvec3 a = dvec3(turned(s, t.a)), b = dvec3(turned(s, t.b)), c = dvec3(turned(s, t.c));
-    double u = triple(d, o, c, b), v = triple(d, o, a, c), w = triple(d, o, b, a);
+    bvec3 sure;
+    dvec3 weight = dvec3(triple(d, o, c, b, sure.x), triple(d, o, a, c, sure.y), triple(d, o, b, a, sure.z));
+    // In one place, for drivers that run what no ray of a subgroup wants.
+    if (!all(sure)) {
+        for (int k = 0; k < 3; ++k) {
+            double exact = sure.x ? weight.x : exact_triple(d, o, c, b);
+            weight = dvec3(weight.yz, exact);
+            sure = bvec3(sure.yz, true);
+            dvec3 first = a;
+            a = b;
+            b = c;
+            c = first;
+        }
+    }
+    double u = weight.x, v = weight.y, w = weight.z;
     if ((u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0)) return false;
     precise double det = u + v + w;
     if (det == 0.0) return false;

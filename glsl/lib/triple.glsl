@@ -45,14 +45,14 @@ double exact_triple(dvec3 d, dvec3 o, dvec3 p, dvec3 q) {
 }
 
 // With x = p − o and e = q − p, which is short where the origin is far, d · (x × e): seven roundings of 2⁻⁵³ of its six
-// products, less than 2⁻⁵⁰ of their sizes. What is below 2⁻⁴⁰ of them is summed exactly, so that the sign is right and
-// the value off by a share of 2⁻¹⁰ at most.
-double triple(dvec3 d, dvec3 o, dvec3 p, dvec3 q) {
+// products, less than 2⁻⁵⁰ of their sizes. It is sure beyond 2⁻⁴⁰ of them: its sign is right, and the value off by a share
+// of 2⁻¹⁰ at most.
+double triple(dvec3 d, dvec3 o, dvec3 p, dvec3 q, out bool sure) {
     precise dvec3 x = p - o, e = q - p;
     precise dvec3 m = x.yzx * e.zxy, n = x.zxy * e.yzx;
     precise dvec3 cross_product = m - n;
     precise double sum = d.x * cross_product.x + (d.y * cross_product.y + d.z * cross_product.z);
     dvec3 size = abs(d) * (abs(m) + abs(n));
-    if (abs(sum) > 9.094947017729282e-13LF * (size.x + size.y + size.z)) return sum;
-    return exact_triple(d, o, p, q);
+    sure = abs(sum) > 9.094947017729282e-13LF * (size.x + size.y + size.z);
+    return sum;
 }
