@@ -139,6 +139,12 @@ pub(super) fn inspect(instance: &ash::Instance, physical: vk::PhysicalDevice, in
             "values handed from one workgroup to another, by its rules; all of Vulkan 1.3 have it",
         ),
         feature(
+            "vulkanMemoryModelDeviceScope",
+            required,
+            v12.vulkan_memory_model_device_scope != 0,
+            "sums of all workgroups: atomics have the device's scope, which with the memory model is a feature",
+        ),
+        feature(
             "subgroup basic, vote, arithmetic, ballot",
             required,
             ops(S::BASIC | S::VOTE | S::ARITHMETIC | S::BALLOT),

@@ -44,17 +44,6 @@ fn a_damaged_file_is_refused() {
 }
 
 #[test]
-fn storing_replaces_and_leaves_nothing_beside() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("mesh");
-    for text in ["damaged", "hello"] {
-        fs::write(&path, text).unwrap();
-        assert_eq!(fs::read_to_string(&path).unwrap(), text);
-    }
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
-}
-
-#[test]
 fn members_are_unpacked_and_no_more_is_read_than_a_mesh_can_take() {
     let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
     encoder.write_all(b"hello").unwrap();
