@@ -284,8 +284,8 @@ mod tests {
         let along = Ray { direction: [1.0, 0.0, 0.0], ..down(0.0) };
         assert_eq!(crossing(&along, UNIT), None);
         assert_eq!(bound(&along, UNIT, Precision::Robust, true).t, f64::INFINITY);
-        // Off the plane by so little that f32's determinant may be 0; doubles know.
-        let nearly = Ray { direction: [1.0, 0.0, 1.0f32.next_up()], ..down(0.5) };
+        // From a point of the face, off its plane by so little that f32's determinant may be 0; doubles know.
+        let nearly = Ray { direction: [1.0, 0.0, 1.0f32.next_up()], ..down(0.75) };
         assert_eq!(bound(&nearly, TILTED, Precision::Fast, true).u, f64::INFINITY);
         assert!(bound(&nearly, TILTED, Precision::Robust, true).u < 1e-3);
     }

@@ -282,7 +282,7 @@ fn nonsense(g: &mut Ground, i: usize) -> Ray {
     match i % 28 {
         24 => (words[4], words[5], words[6]) = (0.0, -0.0, 0.0),
         25 => words = [f32::NAN; 8],
-        26 => words[3] = f32::INFINITY,
+        26 => (words[3], words[7]) = (f32::INFINITY, f32::MAX),
         27 => words[7] = f32::NEG_INFINITY,
         // The limits of the range may be infinite.
         n if n % 8 == 3 || n % 8 == 7 => words[n % 8] = f32::NAN,

@@ -161,7 +161,7 @@ fn a_lost_device_says_where_and_stays_lost() {
     let (scene, recipe) = (small(), recipe("auto"));
     let right = work(&shared, &scene, &recipe).unwrap();
     let (mut lost, mut named) = (0, 0);
-    for submit in (1..).step_by(7) {
+    for submit in (1..).step_by(5) {
         for after in [false, true] {
             let number = Some(submit);
             let faults = match after {
@@ -174,7 +174,7 @@ fn a_lost_device_says_where_and_stays_lost() {
             match work(&device, &scene, &recipe) {
                 Ok(found) => {
                     assert_eq!(found, right, "{at}");
-                    assert!(lost > 8 && named > 2, "only {lost} submits were lost, {named} named");
+                    assert!(lost > 8 && named > 1, "only {lost} submits were lost, {named} named");
                     return;
                 }
                 Err(BuildError::Device(DeviceError::Lost { pass, finished })) => {
