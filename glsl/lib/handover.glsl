@@ -13,8 +13,7 @@ const int HAND_OVER = gl_SemanticsAcquireRelease | gl_SemanticsMakeAvailable | g
 
 // Adds to a counter in a shared buffer; returns what it was before. Hands over to all invocations that add to it later, in
 // whatever workgroup: what they read was written by this addition or by one that follows it without a gap, its release
-// sequence, so that this one synchronizes with theirs. A queue family's scope has all invocations of a dispatch; that of
-// the device would ask for a feature more.
+// sequence, so that this one synchronizes with theirs. A queue family's scope has all invocations of a dispatch.
 #define HAND_OVER_BY_ADDING(counter, n)                                                                               \
     atomicAdd(counter, n, gl_ScopeQueueFamily, gl_StorageSemanticsBuffer, HAND_OVER)
 
