@@ -274,6 +274,7 @@ impl Device {
         let mut v12 = vk::PhysicalDeviceVulkan12Features::default()
             .buffer_device_address(true)
             .vulkan_memory_model(true)
+            // The scope of atomics in kernels that hand nothing over: with the model it must be asked for.
             .vulkan_memory_model_device_scope(true)
             .scalar_block_layout(true);
         let queues = [vk::DeviceQueueCreateInfo::default()

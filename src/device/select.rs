@@ -133,16 +133,10 @@ pub(super) fn inspect(instance: &ash::Instance, physical: vk::PhysicalDevice, in
             "structs laid out as on the host",
         ),
         feature(
-            "vulkanMemoryModel",
+            "vulkanMemoryModel, vulkanMemoryModelDeviceScope",
             required,
-            v12.vulkan_memory_model != 0,
-            "values handed from one workgroup to another, by its rules; all of Vulkan 1.3 have it",
-        ),
-        feature(
-            "vulkanMemoryModelDeviceScope",
-            required,
-            v12.vulkan_memory_model_device_scope != 0,
-            "sums of all workgroups: atomics have the device's scope, which with the memory model is a feature",
+            v12.vulkan_memory_model != 0 && v12.vulkan_memory_model_device_scope != 0,
+            "values handed from one workgroup to another, by its rules; Vulkan 1.3 has both",
         ),
         feature(
             "subgroup basic, vote, arithmetic, ballot",
