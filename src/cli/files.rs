@@ -89,7 +89,7 @@ mod tests {
     fn written_whole_or_not_at_all() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("a.hits");
-        drop(Output::new(&path).unwrap());
+        Output::new(&path).unwrap();
         assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 0, "something is left of an abandoned output");
         Output::new(&path).unwrap().finish(b"whole").unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"whole");

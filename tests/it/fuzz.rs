@@ -8,6 +8,7 @@ use std::fs;
 use std::panic::catch_unwind;
 use std::path::{Path, PathBuf};
 
+#[allow(clippy::expect_used, clippy::unnecessary_operation)]
 #[path = "../../fuzz/src/targets.rs"]
 mod targets;
 
