@@ -314,7 +314,7 @@ impl Tree<'_> {
             let Some(m) = self.meet(&s, corners) else { return false };
             let over = 1.0 / m.det;
             let t = m.depth * over;
-            if t >= s.t_min && t <= nearest.t && (t != nearest.t || index < nearest.triangle) {
+            if t >= s.t_min && t <= nearest.t.min(f32::MAX) && (t != nearest.t || index < nearest.triangle) {
                 *nearest = Nearest { t, triangle: index, uv: m.uv.map(|w| w * over) };
             }
             false

@@ -28,10 +28,10 @@ fn rows(device: &Arc<Device>, scenes: &[&str], plan: &Plan, answer: Answer) -> V
 #[test]
 fn some_of_the_catalogue() {
     let device = quiet();
-    let scenes = ["/none", "/one", "/zero-area", "/fan-edge", "/scaled-1e-30", "/flat-yz", "/halves"];
-    for row in rows(&device, &scenes, &plan(&["ploc", "lbvh", "dito14", "auto"]), &traced) {
+    let scenes = ["/none", "/one", "/zero-area", "/scaled-1e-30", "/halves"];
+    for row in rows(&device, &scenes, &plan(&["ploc", "lbvh", "auto"]), &traced) {
         assert_eq!(row.outcome(), Outcome::Pass, "{}: {:?}", row.case.title(), row.failures);
-        assert!(row.cases >= 4 * 8 && row.rays >= row.cases * SETS.len(), "{}", row.case.title());
+        assert!(row.cases >= 3 * 8 && row.rays >= row.cases * SETS.len(), "{}", row.case.title());
     }
 }
 
@@ -41,9 +41,9 @@ fn a_tree_too_deep_is_refused() {
     let row = &rows(&device, &["/too-deep"], &plan(&["ploc", "lbvh"]), &traced)[0];
     assert_eq!(row.outcome(), Outcome::Refused, "{:?}", row.failures);
     let said = row.refused.as_deref().unwrap();
-    assert!(said.contains("entries of a ray's stack: 6000 exceeds this device's limit of 4096"), "{said}");
+    assert!(said.contains("entries of a ray's stack: 4400 exceeds this device's limit of 4096"), "{said}");
     // The radix tree is as deep as its codes at most, and answers.
-    assert!(row.refusals < 4 && row.rays > 0, "{row:?}");
+    assert!(row.refusals == 1 && row.rays > 0, "{row:?}");
     // What is traced in spite of it is no answer.
     let careless = |_: &Arc<Device>, _: &Bvh, batch: &Batch, _: Options| batch.hits.read();
     let row = &rows(&device, &["/too-deep"], &plan(&["ploc"]), &careless)[0];
