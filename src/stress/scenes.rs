@@ -154,7 +154,7 @@ pub const CASES: &[Case] = &[
     Case {
         load: Load::Deep,
         ..case(Depth, "nested", "each around all before it: a chain as long as the scene", |_, e| {
-            nested(e.pick(700, 3500), 1.001)
+            nested(e.pick(700, 2300), 1.001)
         })
     },
     Case {
