@@ -16,6 +16,11 @@ const GLSL: &str = "glsl";
 /// Name, 64-bit integers and floats: in the order of `Kernel::spirv`.
 const MODES: [(&str, bool); 2] = [("narrow", false), ("wide", true)];
 
+/// For kernels whose invocations hand values to each other: see `glsl/lib/handover.glsl`. The others have no use for it, and
+/// in it each access to a workgroup's own memory is a barrier to some drivers.
+const MEMORY_MODEL: &str =
+    "#pragma use_vulkan_memory_model\n#extension GL_KHR_memory_scope_semantics : require\n";
+
 fn main() {
     println!("cargo:rerun-if-changed={GLSL}");
     println!("cargo:rerun-if-changed=src/abi");
@@ -54,8 +59,9 @@ fn kernels() -> Result<(), String> {
         let stem = name.replace('/', "_");
         for (mode, wide) in MODES {
             let source = format!(
-                "#version 460\n{}{prelude}\n{}{}#line 1\n{text}",
+                "#version 460\n{}{}{prelude}\n{}{}#line 1\n{text}",
                 if wide { "#define WIDE\n" } else { "" },
+                if hands_over(args) { MEMORY_MODEL } else { "" },
                 elements(),
                 arguments(args)
             );
@@ -156,8 +162,9 @@ fn glsl_type(rust: &str) -> Type {
         }
         .to_owned()
     };
+    // Of the array, not of its block: the compiler passes some on to it, but not `nonprivate`.
     for (prefix, qualifier) in
-        [("Ptr<", "readonly restrict"), ("PtrMut<", "restrict"), ("PtrShared<", "coherent restrict")]
+        [("Ptr<", "readonly restrict"), ("PtrMut<", "restrict"), ("PtrShared<", "nonprivate")]
     {
         if let Some(element) = t.strip_prefix(prefix) {
             let element = element.trim_end_matches('>');
@@ -167,6 +174,11 @@ fn glsl_type(rust: &str) -> Type {
         }
     }
     Type::Plain(plain(&t))
+}
+
+/// Whether a kernel of these arguments has buffers through which invocations hand values to each other.
+fn hands_over(args: &abi::Struct) -> bool {
+    args.members.iter().any(|m| m.ty.starts_with("PtrShared"))
 }
 
 /// Constants and element structs.
@@ -256,9 +268,9 @@ fn arguments(s: &abi::Struct) -> String {
         let Type::Pointer { element, qualifier } = glsl_type(m.ty) else { continue };
         let _ = writeln!(
             out,
-            "layout(buffer_reference, scalar, buffer_reference_align = {}) {qualifier} buffer Buffer_{} {{ {element} at[]; }};",
+            "layout(buffer_reference, scalar, buffer_reference_align = {}) buffer Buffer_{} {{ {qualifier} {element} at[]; }};",
             if element.ends_with("Pairs") || element == "PAIR" { 8 } else { 4 },
-            m.name
+            m.name,
         );
     }
     out += &structure(s);

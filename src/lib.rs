@@ -14,9 +14,11 @@
 //! |---|---|
 //! | [`abi`] | every struct and constant that host and kernels share; `build.rs` makes the GLSL side of it |
 //! | [`kernels`] | one constant a `glsl/<stage>/<verb>.comp` |
+//! | [`output`] | files that appear whole or not at all |
 //! | [`scene`] | meshes: files, fetched ones, generators, cameras |
 //! | [`device`] | Vulkan: selection, buffers, pipelines, recorded passes, times; knows no trees |
 //! | [`bvh`] | records a build; knows no files |
+//! | [`saved`] | built trees as files |
 //! | [`trace`] | rays and their hits |
 //! | [`ray_query`] | the driver's own structures and their traversal, to compare with |
 //! | [`oracle`] | CPU twins of the kernels, and an f64 reference that they and the device answer to |
@@ -53,6 +55,8 @@
 //! - **Morton rank**: a triangle's place in Morton order.
 //! - **unit space**: scene coordinates scaled by a power of two so that the longest edge lies in ½…1, less an anchor.
 //! - **robust, fast**: the watertight triangle test with exact signs; Möller–Trumbore.
+//! - **bound**: how far a hit's t, u and v may be off at worst, derived in [`oracle::bounds`]; of a secondary ray's origin, in
+//!   `glsl/rays/surface.glsl`.
 //! - **stable ray**: one whose slightly moved copies agree, so that a difference there is a fault, not rounding.
 //! - **device shape**: how many items an invocation takes, how large a workgroup is. Results never depend on it.
 //!
@@ -60,10 +64,12 @@
 //! - \[AILA09\] Aila, Laine: Understanding the efficiency of ray traversal on GPUs. HPG 2009.
 //! - \[AILA13\] Aila, Karras, Laine: On quality metrics of bounding volume hierarchies. HPG 2013.
 //! - \[APETREI14\] Apetrei: Fast and simple agglomerative LBVH construction. CGVC 2014.
+//! - \[DEKKER71\] Dekker: A floating-point technique for extending the available precision. Numerische Mathematik 18, 1971.
 //! - \[DOBB25\] Kern, Galvan, Oldcorn, Skinner, Mehalwal, Reyes Lozano, Chajdas: DOBB-BVH: efficient ray traversal by
 //!   transforming wide BVHs into oriented bounding box trees using discrete rotations. CGF 44, 2025.
 //! - \[EDELSBRUNNER90\] Edelsbrunner, Mücke: Simulation of simplicity. ACM ToG 9(1), 1990.
 //! - \[GOLDSMITH87\] Goldsmith, Salmon: Automatic creation of object hierarchies for ray tracing. CG&A 7(5), 1987.
+//! - \[HIGHAM02\] Higham: Accuracy and stability of numerical algorithms. Second edition, SIAM, 2002.
 //! - \[KARRAS12\] Karras: Maximizing parallelism in the construction of BVHs, octrees and k-d trees. HPG 2012.
 //! - \[LARSSON11\] Larsson, Källberg: Fast computation of tight-fitting oriented bounding boxes. Game Engine Gems 2, 2011.
 //! - \[MCGILL78\] McGill, Tukey, Larsen: Variations of box plots. The American Statistician 32(1), 1978.
@@ -86,10 +92,12 @@ pub mod cli;
 pub mod device;
 pub mod kernels;
 pub mod oracle;
+pub mod output;
 pub mod picture;
 pub mod profile;
 pub mod ray_query;
 pub mod report;
+pub mod saved;
 pub mod scene;
 pub mod stress;
 pub mod trace;

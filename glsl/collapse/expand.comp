@@ -65,8 +65,8 @@ uvec4 expand(uint node, out uint count) {
 
 // Room for count more in the next round, which starts at first: the place of the first.
 uint append(uint first, uint count) {
+    // No hand-over: the sum gives each workgroup places of its own, which nobody reads in this round.
     uint before = atomicAdd(P(state).at[args.round + 1].count, count);
-    P(state).at[args.round + 1].first = first;  // the same number, whoever writes it
     // Each component rises with the number of nodes.
     uvec3 groups = dispatch_over(before + count, TILE);
     atomicMax(P(state).at[args.round + 1].groups.x, groups.x);
@@ -80,6 +80,8 @@ void main() {
     uint begin = group_index() * TILE;
     if (begin >= now.count) return;
     uint end = min(begin + TILE, now.count);
+    // By one alone: two writes of even the same number would be a race.
+    if (invocation_index() == 0) P(state).at[args.round + 1].first = now.first + now.count;
     for (uint row = begin; row < end; row += WG) {
         uint i = row + lane();
         uint count = 0;

@@ -96,7 +96,9 @@ void climb(uint node) {
         node = up / 4;
         if (node == args.count) return;  // that was the root
         children = LOAD_Node(nodes, node).children;
-        if (!arrive_last(node, children)) return;
+        // Hand-over: each inner child's invocation leaves points and range in the child's slot; the last has read a count
+        // that all others' went into, so that theirs are visible to it. They store and load nothing here any more.
+        if (arrive(node) + 1 < inner_children(children)) return;
     }
 }
 

@@ -3,6 +3,7 @@
 // climbers. Reads triangles, order, keys, low_keys. Keeps: nobody waits, no barrier; node p splits between ranks p and
 // p + 1, so the tree is the same whatever the timing.
 #include "lib/box.glsl"
+#include "lib/climb.glsl"
 #include "lib/leaf.glsl"
 #include "lib/merge.glsl"
 
@@ -45,9 +46,9 @@ void climb(uint rank) {
         uint node = side != 0 ? first - 1 : last;
         store_child_box(node, side, box);
         STORE_Climber(climbers, 2 * node + side, Climber(cluster.node, cluster.count, cluster.cost, levels))
-        memoryBarrierBuffer();  // release: what is written is there before the mark
-        if (atomicExchange(P(arrived).at[node], 1u) == 0u) return;
-        memoryBarrierBuffer();  // acquire: the mark was there before what is read
+        // Hand-over: the first to arrive leaves its side's box and climber; the second has read its 1, so that both are
+        // visible to it. The first stores and loads nothing here any more.
+        if (arrive(node) == 0) return;
         Climber other = LOAD_Climber(climbers, 2 * node + 1 - side);
         Aabb other_box = load_child_box(node, 1 - side);
         uint other_first = side != 0 ? first - other.count : last + 1;

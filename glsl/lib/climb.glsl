@@ -1,10 +1,7 @@
-// Climbing a packed tree from its leaves: nobody waits, the last inner child to arrive at a node goes on. Wants
-// lib/reference.glsl and the buffer arrived, all 0 before; what is handed over lies in shared buffers.
+// Climbing a tree from its leaves. Wants the shared buffer arrived, one a node, all 0 before; what is handed over lies in
+// shared buffers.
+#include "lib/handover.glsl"
 
-// Hands over what was written of a child of `node`. Whether that was the last, so that all others' can be read.
-bool arrive_last(uint node, uvec4 children) {
-    memoryBarrierBuffer();  // release: what is written is there before the count
-    if (atomicAdd(P(arrived).at[node], 1u) + 1 < inner_children(children)) return false;
-    memoryBarrierBuffer();  // acquire: all others' counts were there before what is read
-    return true;
-}
+// Hands what this invocation has stored over to those who arrive at `node` after it; returns how many came before, whose
+// stores it sees from here on. Nobody waits: who is not the last must leave, and the last goes on for all.
+uint arrive(uint node) { return HAND_OVER_BY_ADDING(P(arrived).at[node], 1u); }

@@ -19,26 +19,33 @@ struct Meeting {
 };
 
 #ifdef FLOAT64
-// d · (p × q); 0 where rounding could have turned its sign: fewer than 16 roundings of 2⁻⁵³ of the products each.
-double triple(dvec3 d, dvec3 p, dvec3 q) {
-    precise dvec3 m = p.yzx * q.zxy, n = p.zxy * q.yzx;
-    precise dvec3 cross_product = m - n;
-    precise double sum = d.x * cross_product.x + (d.y * cross_product.y + d.z * cross_product.z);
-    dvec3 size = abs(d) * (abs(m) + abs(n));
-    return abs(sum) <= 3.5527136788005009e-15LF * (size.x + size.y + size.z) ? 0.0LF : sum;
-}
+#include "lib/triple.glsl"
 
-// The test in double precision, for rays that pass an edge within the rounding of single precision. The triangle is
-// closed, and so by 2⁻⁴⁸: of the triangles around a vertex that a ray goes through, at least one is hit, and no other
-// triangle is that exact arithmetic would not hit, moved by as little.
+// The test in double precision, for rays that pass an edge within the rounding of single precision. Signs are those of
+// exact arithmetic and the triangle is closed: of the triangles around a vertex that a ray goes through, at least one is
+// hit, and no other triangle is.
 bool meet_in_doubt(Setup s, PackedTriangle t, out Meeting m) {
     dvec3 d = dvec3(turned(s, s.direction)), o = dvec3(s.origin);
-    precise dvec3 a = dvec3(turned(s, t.a)) - o, b = dvec3(turned(s, t.b)) - o, c = dvec3(turned(s, t.c)) - o;
-    double u = triple(d, c, b), v = triple(d, a, c), w = triple(d, b, a);
+    dvec3 a = dvec3(turned(s, t.a)), b = dvec3(turned(s, t.b)), c = dvec3(turned(s, t.c));
+    bvec3 sure;
+    dvec3 weight = dvec3(triple(d, o, c, b, sure.x), triple(d, o, a, c, sure.y), triple(d, o, b, a, sure.z));
+    // In one place, for drivers that run what no ray of a subgroup wants.
+    if (!all(sure)) {
+        for (int k = 0; k < 3; ++k) {
+            double exact = sure.x ? weight.x : exact_triple(d, o, c, b);
+            weight = dvec3(weight.yz, exact);
+            sure = bvec3(sure.yz, true);
+            dvec3 first = a;
+            a = b;
+            b = c;
+            c = first;
+        }
+    }
+    double u = weight.x, v = weight.y, w = weight.z;
     if ((u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0)) return false;
     precise double det = u + v + w;
     if (det == 0.0) return false;
-    precise double depth = (u * a.z + v * b.z + w * c.z) / (det * d.z);
+    precise double depth = (u * (a.z - o.z) + v * (b.z - o.z) + w * (c.z - o.z)) / (det * d.z);
     m = Meeting(float(depth), 1.0, vec2(float(v / det), float(w / det)));
     return true;
 }
@@ -87,10 +94,11 @@ bool meet_robust(Setup s, PackedTriangle t, out Meeting m) {
     precise float w = q.x * p.y - q.y * p.x;
     float lo = least_of(u, least_of(v, w)), hi = greatest_of(u, greatest_of(v, w));
 #ifdef FLOAT64
-    // A sheared coordinate is off by at most 10 u R (see lib/ray.glsl), so an edge function by at most 20 u R times
-    // the largest |x| + |y| of a corner, and 4 u of its products.
+    // A sheared coordinate is off by at most 10 u R (see lib/ray.glsl), so an edge function by at most 20 u R F and
+    // 200 u² R², F the largest |x| + |y|, and by 4 u of products that R F bounds. It is no larger than F² / 2, so what is
+    // beyond the doubt has F > 64 u R, and 200 u² R² is 4 u R F: 28 in all.
     vec2 far = max(abs(p), max(abs(q), abs(r)));
-    float doubt = ((24.0 / 16777216.0) * s.reach) * (far.x + far.y);
+    float doubt = ((32.0 / 16777216.0) * s.reach) * (far.x + far.y);
     // What passes is few: it is met again in doubles, for its sign where in doubt, and for its t: of a triangle much
     // larger than t, single precision would lose a share of 10⁻⁴.
     return !(lo < -doubt && hi > doubt) && meet_in_doubt(s, t, m);
@@ -117,7 +125,8 @@ bool meet_fast(Setup s, PackedTriangle t, out Meeting m) {
     float u = dot(from, h) * sign_of;
     vec3 q = cross(from, e1);
     float v = dot(direction, q) * sign_of;
-    if (det == 0.0 || u < 0.0 || v < 0.0 || u + v > abs(det)) return false;
+    // Of a det below the normal numbers 1 / det is no number, nor are t and the weights.
+    if (abs(det) < 1.1754944e-38 || u < 0.0 || v < 0.0 || u + v > abs(det)) return false;
     m = Meeting(dot(e2, q) * sign_of, abs(det), vec2(u, v));
     return true;
 }
@@ -135,17 +144,14 @@ bool meet_triangle(Setup s, PackedTriangle triangle, inout Nearest nearest) {
     Meeting m;
     bool met = ROBUST != 0 ? meet_robust(s, triangle, m) : meet_fast(s, triangle, m);
     if (!met) return false;
-    if (ANY != 0) {
-        // No division: t · |det| against the limits times |det|.
-        float depth = m.det < 0.0 ? -m.depth : m.depth, det = abs(m.det);
-        if (!(depth >= s.t_min * det && depth <= s.t_max * det)) return false;
-        nearest.triangle = 0;
-        return true;
-    }
     precise float over = 1.0 / m.det;
     precise float t = m.depth * over;
     // Of a determinant too small for its reciprocal t would be infinite, and no number of u and v.
     if (!(t >= s.t_min && t <= min(nearest.t, 3.4028235e38))) return false;
+    if (ANY != 0) {
+        nearest.triangle = 0;
+        return true;
+    }
     if (t == nearest.t && triangle.index >= nearest.triangle) return false;
     nearest.t = t;
     nearest.triangle = triangle.index;

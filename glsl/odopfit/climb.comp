@@ -136,7 +136,10 @@ void main() {
         if (above < args.count) {
             [[unroll]] for (uint b = 0; b < BASES; ++b) STORE_Aabb(boxes, BASES * node + b, own[b])
             if (args.above > 0) P(counts).at[node] = count;
-            node = arrive_last(above, LOAD_Node(nodes, above).children) ? above : INVALID;
+            // Hand-over: each inner child's invocation leaves its boxes and count; the last has read a count that all others'
+            // went into, so that theirs are visible to it. The others turn to leaves that nobody else takes.
+            uint inner = inner_children(LOAD_Node(nodes, above).children);
+            node = arrive(above) + 1 == inner ? above : INVALID;
         } else {
             node = INVALID;  // that was the root
         }

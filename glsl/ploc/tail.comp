@@ -1,7 +1,8 @@
-// One workgroup: the rounds that remain once few clusters do, and the root. Reads and writes everything; each
-// hand-over between invocations goes through coherent buffers and passes SYNC.
+// One workgroup: the rounds that remain once few clusters do, and the root. Reads and writes everything; what invocations
+// hand to each other lies in shared buffers.
 #define MERGE
 #define AREA(box, key) half_area(box)
+#include "lib/handover.glsl"
 #include "lib/pair.glsl"
 #include "lib/scan.glsl"
 #include "lib/round.glsl"
@@ -10,8 +11,6 @@ uint from;
 Aabb box_of(uint i) { return LOAD_Aabb(bounds, from + i); }
 
 #include "lib/search.glsl"
-
-#define SYNC memoryBarrierBuffer(); barrier()
 
 void main() {
     uint me = gl_LocalInvocationID.x;
@@ -23,10 +22,12 @@ void main() {
         from = (rounds & 1u) * args.capacity;
         uint to = args.capacity - from;
         for (uint i = me; i < count; i += WG) P(nearest).at[i] = least_key(i, count);
-        SYNC;
+        // Hand-over of nearest: a cluster asks its partner's. All come here, for count and stalled are the same in all.
+        hand_over_in_workgroup();
         uint total = 0;
         for (uint row = 0; row < count; row += WG) merge_row(row, count, from, to, total);
-        SYNC;
+        // Hand-over of bounds, clusters and cuts to the next round or the root's invocation; nearest may be overwritten.
+        hand_over_in_workgroup();
         stalled = uint(total >= count);  // the same in every invocation: total is
         count = total;
         ++rounds;

@@ -24,10 +24,14 @@ vec3 outer(vec3 a, vec3 b) {
 
 float largest(vec3 v) { return max(abs(v.x), max(abs(v.y), abs(v.z))); }
 
-// v times a power of two, its largest component in [1, 2) where that is a normal number below 2¹²⁷.
-vec3 levelled(vec3 v) {
+// The power of two that takes v's largest component to [1, 2), where that is a normal number below 2¹²⁷.
+float level_of(vec3 v) {
     int exponent = int(floatBitsToUint(largest(v)) >> 23) - 127;
-    precise vec3 l = v * uintBitsToFloat(uint(127 - clamp(exponent, -127, 126)) << 23);
+    return uintBitsToFloat(uint(127 - clamp(exponent, -127, 126)) << 23);
+}
+
+vec3 levelled(vec3 v) {
+    precise vec3 l = v * level_of(v);
     return l;
 }
 

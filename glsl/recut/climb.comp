@@ -60,7 +60,9 @@ void climb(uint node) {
         for (int k = 0; k < 3; ++k) P(costs).at[3 * node + k] = cluster.cost[k];
         node = up / 4;
         children = LOAD_Node(nodes, node).children;
-        if (!arrive_last(node, children)) return;
+        // Hand-over: the other inner child's invocation, if there is one, leaves three costs; the last to arrive has read
+        // its count, so that they are visible to it. The other stores and loads nothing here any more.
+        if (arrive(node) + 1 < inner_children(children)) return;
     }
 }
 

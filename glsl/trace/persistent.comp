@@ -24,6 +24,7 @@ void main() {
         if (left) {
             uvec4 idle = subgroupBallot(ray == INVALID);
             uint wanted = subgroupBallotBitCount(idle), first = 0;
+            // No hand-over: the sum gives each subgroup rays of its own.
             if (subgroupElect()) first = atomicAdd(P(next).at[0], wanted);
             first = subgroupBroadcastFirst(first);
             left = first + wanted < args.count;

@@ -13,10 +13,13 @@ pub const PUSH_BYTES: usize = 128;
 /// Device address of an array of `T` that a kernel only reads.
 #[repr(transparent)]
 pub struct Ptr<T>(pub [u32; 2], PhantomData<T>);
-/// Device address of an array of `T` that a kernel writes.
+/// Device address of an array of `T` that a kernel writes. What one invocation writes no other of the dispatch reads, but
+/// for what atomics return.
 #[repr(transparent)]
 pub struct PtrMut<T>(pub [u32; 2], PhantomData<T>);
-/// Device address of an array of `T` through which invocations of one dispatch hand values to each other.
+/// Device address of an array of `T` through which invocations of one dispatch hand values to each other, as
+/// `glsl/lib/handover.glsl` has it: loads and stores are non-private, and the kernel is compiled for the Vulkan memory
+/// model. Others of a kernel's arguments may point to the same memory.
 #[repr(transparent)]
 pub struct PtrShared<T>(pub [u32; 2], PhantomData<T>);
 

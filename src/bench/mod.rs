@@ -59,7 +59,7 @@ pub use report::Report;
 pub use results::{Results, RowsError};
 pub use row::{BuildRow, Check, Header, Order, RayRow, Survey};
 pub use rows::Rows;
-pub use run::{Open, Progress, run};
+pub use run::{Open, Progress, Unmeasured, run};
 pub use size::bytes_of;
 pub use stats::{Spread, settled};
 pub use table::Table;
@@ -99,6 +99,25 @@ pub enum BenchError {
         /// What is wrong with it.
         source: Invalid,
     },
+}
+
+impl BenchError {
+    /// Whether other scenes may well be measured still: this one can't be had, or is too large.
+    pub fn is_of_one_scene(&self) -> bool {
+        use SceneError as S;
+        let too_large = |e: &DeviceError| {
+            matches!(e, DeviceError::Memory { .. } | DeviceError::Full { .. } | DeviceError::Limit { .. })
+        };
+        match self {
+            Self::Device(e) | Self::Build(BuildError::Device(e)) | Self::Picture(PictureError::Device(e)) => {
+                too_large(e)
+            }
+            Self::Build(e) => matches!(e, BuildError::TooMany { .. } | BuildError::Bases { .. }),
+            // What was typed wrong is said before hours of work.
+            Self::Scene(e) => !matches!(e, S::UnknownName { .. } | S::BadSize { .. } | S::Transform { .. }),
+            Self::Picture(_) | Self::Rows(_) | Self::Tree { .. } => false,
+        }
+    }
 }
 
 /// Result of a measurement.

@@ -6,7 +6,7 @@ use crate::bvh::{Collapse, Directions, Fit, Generator, Method, Moment, Morton, R
 use crate::trace::Precision;
 use crate::trace::rays::MOST_SAMPLES;
 use serde::Deserialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Rays of a set that is aimed at something, where the preset doesn't say.
 const AIMED: usize = 1 << 17;
@@ -335,7 +335,7 @@ fn silent(what: &'static str, name: &str, field: &'static str) -> impl FnOnce() 
 
 /// The entry `name` with what its parents say.
 fn resolve<T: Inherit>(entries: &BTreeMap<String, T>, name: &str) -> Result<T> {
-    let mut seen = vec![name.to_owned()];
+    let mut seen = BTreeSet::from([name.to_owned()]);
     let find = |name: &str| {
         entries.get(name).cloned().ok_or_else(|| PresetError::Unknown {
             what: T::WHAT,
@@ -345,11 +345,10 @@ fn resolve<T: Inherit>(entries: &BTreeMap<String, T>, name: &str) -> Result<T> {
     };
     let mut entry = find(name)?;
     while let Some(parent) = entry.parent().map(str::to_owned) {
-        if seen.contains(&parent) {
+        entry = entry.or(find(&parent)?);
+        if !seen.insert(parent.clone()) {
             return Err(PresetError::Circle { what: T::WHAT, name: parent });
         }
-        entry = entry.or(find(&parent)?);
-        seen.push(parent);
     }
     Ok(entry)
 }
@@ -372,6 +371,25 @@ mod tests {
         }
         assert_eq!(own.recipe("ploc").unwrap(), Recipe::default());
         assert!(own.recipes().all(|r| own.recipe(r).is_ok()));
+    }
+
+    #[test]
+    fn files_that_mean_harm_are_refused() {
+        let deep = 100_000;
+        for text in [
+            format!("a = {}", "[".repeat(deep)),
+            format!("{}a = 1", "a.".repeat(deep)),
+            format!("[presets.{}a]", "a.".repeat(deep)),
+        ] {
+            assert!(Presets::parse(&text).is_err());
+        }
+        // Parents in a long line, and in a ring: each is asked once.
+        let line: String = (0..5000).map(|i| format!("[recipes.r{i}]\nparent='r{}'\n", i + 1)).collect();
+        let presets = Presets::parse(&format!("{line}[presets]")).unwrap();
+        assert!(matches!(presets.recipe("r0"), Err(PresetError::Unknown { .. })));
+        let presets =
+            Presets::parse(&line.replace("'r5000'", "'r9'").replacen("[rec", "[presets]\n[rec", 1)).unwrap();
+        assert!(matches!(presets.recipe("r0"), Err(PresetError::Circle { .. })));
     }
 
     #[test]

@@ -90,7 +90,9 @@ impl Results {
     pub fn read(path: &Path) -> Result<Self> {
         let io = |source| RowsError::Io { doing: "read", path: path.to_owned(), source };
         let bytes = fs::read(path).map_err(io)?;
-        Self::parse(path, &bytes[..whole_lines(&bytes)])
+        let mut results = Self::parse(path, &bytes[..whole_lines(&bytes)])?;
+        results.read_pictures(path);
+        Ok(results)
     }
 
     /// Runs of one plan, one device and one commit made into one, in the order in which the first of each comes. Of rows
@@ -165,7 +167,11 @@ impl Results {
         Ok(bytes)
     }
 
-    pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Self> {
+    /// Of `bytes`, whole lines that are in the file of rows at `path`; the files of its pictures are not read.
+    ///
+    /// # Errors
+    /// [`RowsError::Line`]: a line that is none of ours.
+    pub fn parse(path: &Path, bytes: &[u8]) -> Result<Self> {
         let mut lines = bytes.split(|b| *b == b'\n').enumerate().filter(|(_, text)| !text.is_empty());
         let wrong = |line: usize, why: String| RowsError::Line { path: path.to_owned(), line: line + 1, why };
         let line = |i: usize, text: &[u8]| serde_json::from_slice(text).map_err(|e| wrong(i, e.to_string()));
@@ -179,15 +185,19 @@ impl Results {
                 Line::Build(row) => results.builds.push(*row),
                 Line::Rays(row) => results.rays.push(*row),
                 Line::Image(row) => results.images.push(*row),
-                Line::Picture(row) => {
-                    // A name, not a way to elsewhere.
-                    let name = Path::new(&row.file).file_name().unwrap_or_default();
-                    let png = fs::read(pictures_beside(path).join(name)).unwrap_or_default();
-                    results.pictures.push(PictureRow { png, ..*row });
-                }
+                Line::Picture(row) => results.pictures.push(*row),
             }
         }
         Ok(results)
+    }
+
+    /// Reads the files of its pictures, where its rows are at `path`; one that can't be read stays empty.
+    pub(super) fn read_pictures(&mut self, path: &Path) {
+        for row in &mut self.pictures {
+            // A name, not a way to elsewhere.
+            let name = Path::new(&row.file).file_name().unwrap_or_default();
+            row.png = fs::read(pictures_beside(path).join(name)).unwrap_or_default();
+        }
     }
 }
 

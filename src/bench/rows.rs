@@ -5,6 +5,7 @@ use super::pictures::PictureRow;
 use super::plan::Key;
 use super::results::{Line, Result, Results, RowsError, pictures_beside, whole_lines};
 use super::row::{BuildRow, Header, RayRow};
+use crate::output;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -66,7 +67,8 @@ impl Rows {
         }
         let file = OpenOptions::new().append(true).open(path).map_err(io("write"))?;
         file.set_len(whole as u64).map_err(io("write"))?;
-        let results = Results::parse(path, &bytes[..whole])?;
+        let mut results = Results::parse(path, &bytes[..whole])?;
+        results.read_pictures(path);
         if let Some([what, there, here]) = results.header.difference(header) {
             let (what, there, here) = (what.into(), there.into(), here.into());
             return Err(RowsError::Other { path: path.to_owned(), what, there, here });
@@ -78,8 +80,13 @@ impl Rows {
         let io = |source| RowsError::Io { doing: "write", path: self.path.clone(), source };
         let mut text = serde_json::to_vec(line).map_err(|e| io(e.into()))?;
         text.push(b'\n');
+        let before = self.file.metadata().map_err(io)?.len();
         // One write, so that a line is there whole or is the last and cut off.
-        self.file.write_all(&text).and_then(|()| self.file.sync_data()).map_err(io)
+        self.file.write_all(&text).and_then(|()| self.file.sync_data()).map_err(|e| {
+            // What the disk had no room for; `resume` drops it too, where even that fails.
+            let _ = self.file.set_len(before);
+            io(e)
+        })
     }
 
     /// Adds a finished build.
@@ -130,9 +137,7 @@ impl Rows {
         let path = folder.join(&row.file);
         let io = |source| RowsError::Io { doing: "write", path: path.clone(), source };
         fs::create_dir_all(&folder).map_err(io)?;
-        let mut file = tempfile::NamedTempFile::new_in(&folder).map_err(io)?;
-        file.write_all(&row.png).map_err(io)?;
-        file.persist(&path).map_err(|e| io(e.error))?;
+        output::write(&path, &row.png).map_err(io)?;
         let line = Line::Picture(Box::new(row));
         self.write(&line)?;
         if let Line::Picture(row) = line {
@@ -241,6 +246,22 @@ mod tests {
         let anew = Header { costs: Costs::book(), ..header("c") };
         assert_eq!(Rows::resume(&path, &anew).unwrap().header(), &header("c"));
         assert_eq!(Rows::create(&path, &anew).unwrap().header(), &anew);
+    }
+
+    #[test]
+    fn rows_as_deep_as_one_likes_are_refused() {
+        for text in [
+            "[".repeat(100_000),
+            "{\"row\":".repeat(100_000),
+            "{\"row\":\"header\",\"x\":".to_owned() + &"[".repeat(100_000),
+        ] {
+            assert!(
+                Results::parse(Path::new("rows.jsonl"), text.as_bytes())
+                    .unwrap_err()
+                    .to_string()
+                    .contains("line 1")
+            );
+        }
     }
 
     #[test]

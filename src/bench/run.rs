@@ -13,44 +13,79 @@ use crate::oracle::reference::Reference;
 use crate::oracle::validate::{Claims, validate};
 use crate::oracle::{excess, mixed, quality, tight};
 use crate::picture::{Studio, Subject};
-use crate::scene::{Scene, SceneError};
+use crate::scene::Scene;
 use crate::trace::Precision;
 use crate::trace::rays::View;
 use std::sync::Arc;
 
 /// Opens a scene by what the plan calls it.
-pub type Open<'a> = &'a dyn Fn(&str) -> std::result::Result<Scene, SceneError>;
+pub type Open<'a> = &'a dyn Fn(&str) -> Result<Scene>;
 /// Is told of each step before it is taken.
 pub type Progress<'a> = &'a dyn Fn(&str, &Rows);
 
-/// Measures what `rows` lacks of `plan`.
+/// A scene that could not be measured, or not whole: the others don't suffer.
+#[derive(Debug)]
+pub struct Unmeasured {
+    /// As the plan has it.
+    pub scene: String,
+    /// Why not.
+    pub why: BenchError,
+}
+
+/// Measures what `rows` lacks of `plan`; says which scenes could not be had, or don't fit.
 ///
 /// # Errors
-/// A scene that can't be opened, a failed build or trace, a tree that is not sound, a row that can't be written. The
-/// rows before it are there.
-pub fn run(device: &Arc<Device>, plan: &Plan, open: Open, rows: &mut Rows, progress: Progress) -> Result<()> {
+/// A scene that is none, a failed build or trace, a lost device, a tree that is not sound, a row that can't be written.
+/// The rows before it are there.
+pub fn run(
+    device: &Arc<Device>,
+    plan: &Plan,
+    open: Open,
+    rows: &mut Rows,
+    progress: Progress,
+) -> Result<Vec<Unmeasured>> {
     let mut rays = Rays::new(device, plan)?;
+    let mut unmeasured = vec![];
     for spec in &plan.scenes {
         if plan.keys_of(spec).iter().all(|key| rows.has(key)) {
             continue;
         }
-        progress(&format!("{spec}: opening"), rows);
-        let scene = open(spec)?;
-        let mut stage = Stage::new(device, plan, spec, &scene, rows.header().costs)?;
-        stage.build(rows, progress)?;
-        if plan.check > 0 && !plan.rays.is_empty() {
-            progress(&format!("{spec}: preparing the f64 reference"), rows);
-            stage.reference = Some(Reference::new(&scene));
+        match measure(device, plan, spec, open, &mut rays, rows, progress) {
+            Err(why) if why.is_of_one_scene() => {
+                progress(&format!("{spec}: goes unmeasured: {why}"), rows);
+                unmeasured.push(Unmeasured { scene: spec.clone(), why });
+            }
+            done => done?,
         }
-        for view in 0..=plan.views {
-            rays.trace_view(&stage, view, rows, progress)?;
-        }
-        if let Some(wanted) = &plan.images {
-            images::take(&stage, wanted, rows, progress)?;
-        }
-        if let Some(size) = plan.pictures {
-            pictures::take(&stage, size, rows, progress)?;
-        }
+    }
+    Ok(unmeasured)
+}
+
+fn measure(
+    device: &Arc<Device>,
+    plan: &Plan,
+    spec: &str,
+    open: Open,
+    rays: &mut Rays,
+    rows: &mut Rows,
+    progress: Progress,
+) -> Result<()> {
+    progress(&format!("{spec}: opening"), rows);
+    let scene = open(spec)?;
+    let mut stage = Stage::new(device, plan, spec, &scene, rows.header().costs)?;
+    stage.build(rows, progress)?;
+    if plan.check > 0 && !plan.rays.is_empty() {
+        progress(&format!("{spec}: preparing the f64 reference"), rows);
+        stage.reference = Some(Reference::new(&scene));
+    }
+    for view in 0..=plan.views {
+        rays.trace_view(&stage, view, rows, progress)?;
+    }
+    if let Some(wanted) = &plan.images {
+        images::take(&stage, wanted, rows, progress)?;
+    }
+    if let Some(size) = plan.pictures {
+        pictures::take(&stage, size, rows, progress)?;
     }
     Ok(())
 }

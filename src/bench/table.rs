@@ -16,11 +16,12 @@ pub struct Table {
 
 impl Table {
     /// Without rows.
-    pub(super) fn new<T: Into<String>>(words: usize, header: impl IntoIterator<Item = T>) -> Self {
+    pub fn new<T: Into<String>>(words: usize, header: impl IntoIterator<Item = T>) -> Self {
         Self { header: header.into_iter().map(Into::into).collect(), words, rows: vec![] }
     }
 
-    pub(super) fn push(&mut self, row: impl IntoIterator<Item = String>) {
+    /// Adds a row, a cell a column.
+    pub fn push(&mut self, row: impl IntoIterator<Item = String>) {
         self.rows.push(row.into_iter().collect());
     }
 }

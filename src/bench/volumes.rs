@@ -48,7 +48,7 @@ impl Report<'_> {
     }
 
     /// Bytes of a tree over those of the same scene by the plan's first axis-aligned builder, where that has a row.
-    pub(super) fn memory_share(&self, row: &BuildRow) -> Option<f64> {
+    pub fn memory_share(&self, row: &BuildRow) -> Option<f64> {
         let name = self.header().order.aligned.as_deref()?;
         let same = |b: &&&BuildRow| b.scene == row.scene && b.builder == name;
         let bytes = self.builds().iter().find(same)?.bvh_bytes;

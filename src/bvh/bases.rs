@@ -8,7 +8,8 @@ use crate::abi::Basis;
 use glam::{DMat3, DVec3};
 
 /// Where bases come from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Generator {
     /// Rodrigues vectors on a grid of the unit cube, from 0: the first is no rotation.
     #[default]
@@ -68,7 +69,8 @@ impl Generator {
 }
 
 /// A set of bases.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Bases {
     /// Where they come from.
     pub generator: Generator,

@@ -4,7 +4,8 @@ use super::{Bases, Generator};
 use crate::abi::{CODE_30, CODE_63, CODE_EXT4, CODE_EXT7};
 
 /// What makes the binary tree. Everything after, leaves by cost included, is the same.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Builder {
     /// Parallel locally-ordered clustering \[PLOC18\].
     #[default]
@@ -64,7 +65,8 @@ impl Builder {
 }
 
 /// The Morton codes that order the triangles.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Morton {
     /// 30 bits, and 63 where too many triangles share a code.
     #[default]

@@ -95,7 +95,7 @@ fn expand(
                 cuts: tree.cuts.ptr_mut(),
                 queue: kept.nodes.ptr_mut(),
                 firsts: kept.firsts.ptr_mut(),
-                state: states.ptr_shared(),
+                state: states.ptr_mut(),
                 round,
             };
             let at = round as usize * size_of::<Expansion>();

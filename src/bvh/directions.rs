@@ -10,7 +10,8 @@ const A: f32 = 0.618_034;
 const B: f32 = 1.618_034;
 
 /// Where directions come from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Directions {
     /// The book's: of the icosahedron's and the dodecahedron's corners, or of the cube's faces, corners and edges.
     #[default]

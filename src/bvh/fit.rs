@@ -5,7 +5,8 @@ use super::orientation::MOST;
 use super::{Bases, Generator};
 
 /// Which boxes nodes have.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Fit {
     /// Axis-aligned ones.
     #[default]

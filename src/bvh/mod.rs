@@ -7,7 +7,8 @@
 //!    A choice of its own (a degree, a number of bins) goes to [`Recipe`], with its range in `Recipe::check`.
 //! 2. `src/abi/arguments/`: a struct a kernel, marked `@kernel "stage/verb"`. `build.rs` makes its GLSL and refuses a kernel
 //!    whose offsets differ.
-//! 3. `glsl/<stage>/<verb>.comp`, a dispatch each, of any subgroup size, in which no workgroup waits for another.
+//! 3. `glsl/<stage>/<verb>.comp`, a dispatch each, of any subgroup size, in which no workgroup waits for another. What
+//!    invocations of a dispatch hand to each other lies behind `PtrShared` and passes `glsl/lib/handover.glsl`.
 //! 4. `src/bvh/<stage>.rs` records them into `Build`'s recorder and returns a `RawTree` over the triangles in some order:
 //!    one node fewer than triangles, each numbered by the rank at which it splits, so that trees are the same everywhere,
 //!    and how each is best cut. Leaves, packing and orienting are done for every builder by what follows; a `match` in
@@ -43,6 +44,7 @@ mod recipe;
 mod recut;
 mod slabs;
 mod sort;
+pub mod structure;
 mod tree;
 
 pub use bases::{Bases, Generator};
@@ -240,6 +242,20 @@ pub fn memory_needed(builder: Builder, triangles: usize) -> u64 {
         };
     // The packed tree: at most a node (64) and a triangle (40) each; a little for counters.
     triangles as u64 * (scratch + 104) + (4 << 20)
+}
+
+/// Refuses a scene of `triangles` triangles, and `builder` over it, that the device has no room for: what is known before
+/// the scene itself is there.
+///
+/// # Errors
+/// [`DeviceError::Memory`].
+pub fn require_memory(
+    device: &Device,
+    builder: Builder,
+    triangles: usize,
+) -> std::result::Result<(), DeviceError> {
+    let what = format!("a scene of {triangles} triangles, and building over it with {},", builder.name());
+    device.require_memory(&what, tree::scene_bytes(triangles) + memory_needed(builder, triangles))
 }
 
 /// Builds the tree of `scene` by `recipe`.

@@ -221,7 +221,7 @@ impl Rounds {
             bounds: self.bounds.ptr_shared(),
             clusters: self.clusters.ptr_shared(),
             state: self.state.ptr(),
-            nodes: self.tree.nodes.ptr_shared(),
+            nodes: self.tree.nodes.ptr_mut(),
             cuts: self.tree.cuts.ptr_shared(),
             root: self.tree.root_buffer.ptr_mut(),
             round,

@@ -5,7 +5,8 @@ use crate::abi::MAX_LEAF;
 
 /// What the binary tree's nodes become: leaves, packed nodes, or nothing, whichever the surface area heuristic expects to
 /// cost least \[GOLDSMITH87, WALD07, YLITIE17\].
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Collapse {
     /// Cost of a binary inner node, the tests of its two boxes, c_T, in units of one's choice; above 0. Only for the
     /// measures that are reported: no tree depends on it.
@@ -20,7 +21,8 @@ pub struct Collapse {
 }
 
 /// When the binary tree is collapsed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Moment {
     /// Before boxes are fitted: by the areas that the builder goes by.
     #[default]
@@ -44,7 +46,8 @@ impl Moment {
 }
 
 /// A build's choices. [`Recipe::default`] is what the README's figures used.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Recipe {
     /// Builder.
     pub builder: Builder,

@@ -26,7 +26,7 @@ impl SceneBuffers {
     /// Not enough device memory, or a failed copy.
     pub fn upload(device: &Arc<Device>, scene: &Scene) -> Result<Self> {
         let count = scene.triangles.len();
-        device.require_memory(&format!("a scene of {count} triangles"), 36 * count as u64)?;
+        device.require_memory(&format!("a scene of {count} triangles"), scene_bytes(count))?;
         let corners: Vec<f32> = (0..count).flat_map(|t| scene.corners(t)).flatten().collect();
         let triangles = Buffer::from_slice(device, "scene.triangles", &corners)?;
         let finite = corners.iter().all(|x| x.is_finite());
@@ -37,6 +37,11 @@ impl SceneBuffers {
     pub fn count(&self) -> usize {
         self.triangles.len() / 9
     }
+}
+
+/// Device memory of a scene: nine floats a triangle.
+pub(super) fn scene_bytes(triangles: usize) -> u64 {
+    36 * triangles as u64
 }
 
 /// Bits of a leaf reference that hold a count of up to `max_leaf`.
@@ -124,6 +129,16 @@ pub enum Child {
     },
 }
 
+/// What a child reference means, where leaves hold their size in so many bits.
+pub(super) fn child_of(reference: u32, leaf_bits: u32) -> Child {
+    if reference & LEAF_BIT == 0 {
+        return Child::Node(reference);
+    }
+    let low = 31 - leaf_bits;
+    let count = ((reference & !LEAF_BIT) >> low) + 1;
+    Child::Leaf { first: reference & ((1 << low) - 1), count }
+}
+
 /// A child's box.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Volume {
@@ -150,12 +165,7 @@ impl Volume {
 impl HostTree {
     /// What a child reference means.
     pub fn child(&self, reference: u32) -> Child {
-        if reference & LEAF_BIT == 0 {
-            return Child::Node(reference);
-        }
-        let low = 31 - self.leaf_bits;
-        let count = ((reference & !LEAF_BIT) >> low) + 1;
-        Child::Leaf { first: reference & ((1 << low) - 1), count }
+        child_of(reference, self.leaf_bits)
     }
 
     /// The children of `node` and their boxes.

@@ -5,12 +5,13 @@ use super::files;
 use super::report::{self, REPORT, ROWS};
 use super::{Global, warn_of};
 use crate::bench::{
-    Contender, Costs, Coverage, Header, Maker, Plan, Preset, Presets, RayFile, RayKind, RaySet, Report, Rows,
-    Shard, run as measure,
+    BenchError, Contender, Costs, Coverage, Header, Maker, Plan, Preset, Presets, RayFile, RayKind, RaySet,
+    Report, Rows, Shard, Unmeasured, run as measure,
 };
-use crate::device::DeviceInfo;
+use crate::bvh::require_memory;
+use crate::device::{Device, DeviceInfo};
 use crate::ray_query::TriangleOrder;
-use crate::scene::{self, Progress, Scene, SceneError, Transform};
+use crate::scene::{self, Progress, Scene, Transform};
 use crate::trace::rays::Aimed;
 use crate::trace::{Precision, Query};
 use anyhow::{Context, Result, bail};
@@ -231,7 +232,8 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     }
 
     let bar = bar(global, plan.keys().len());
-    let done = measure(&device, &plan, &|spec| open_scene(global, args, spec), &mut rows, &|step, rows| {
+    let open = |spec: &str| open_scene(global, args, &device, &plan, spec);
+    let done = measure(&device, &plan, &open, &mut rows, &|step, rows| {
         bar.set_message(step.to_owned());
         bar.set_position(rows.count() as u64);
         if bar.is_hidden() {
@@ -243,7 +245,12 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     if done.is_err() && rows.count() > 0 {
         global.remark(format_args!("{} finished rows are kept: --resume goes on with them", rows.count()));
     }
-    done?;
+    let unmeasured = done?;
+    if rows.count() == 0
+        && let [first, ..] = &unmeasured[..]
+    {
+        bail!("{}", said(first, unmeasured.len()));
+    }
 
     let found = Report::new(rows.results());
     print(&found, &plan)?;
@@ -257,9 +264,26 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
             drivers.join("\n")
         ));
     }
-    match found.faults() {
-        faults if faults.is_empty() => Ok(()),
-        faults => bail!("the hits are wrong\n{}", faults.join("\n")),
+    if let faults @ [_, ..] = &found.faults()[..] {
+        bail!("the hits are wrong\n{}", faults.join("\n"));
+    }
+    for scene in unmeasured.iter().skip(1) {
+        tracing::warn!("{}: {}", scene.scene, scene.why);
+    }
+    match &unmeasured[..] {
+        [] => Ok(()),
+        [first, ..] => {
+            bail!("{}; what could be measured is kept: --resume goes on", said(first, unmeasured.len()))
+        }
+    }
+}
+
+/// The first of the scenes that could not be measured, and how many there are.
+fn said(first: &Unmeasured, count: usize) -> String {
+    let Unmeasured { scene, why } = first;
+    match count {
+        1 => format!("{scene} could not be measured: {why}"),
+        _ => format!("{count} scenes could not be measured, first {scene}: {why}"),
     }
 }
 
@@ -282,14 +306,29 @@ fn moved(spec: &str) -> (&str, f64) {
 }
 
 /// A scene; a generated one instead of one of a preset's that can't be fetched.
-fn open_scene(global: &Global, args: &Args, spec: &str) -> std::result::Result<Scene, SceneError> {
+fn open_scene(
+    global: &Global,
+    args: &Args,
+    device: &Device,
+    plan: &Plan,
+    spec: &str,
+) -> std::result::Result<Scene, BenchError> {
+    let recipes = plan.contenders_of(spec).iter().filter_map(|c| match &c.maker {
+        Maker::Boxwood(recipe) => Some(recipe),
+        Maker::Driver(_) => None,
+    });
     let (spec, by) = moved(spec);
+    if let Some(triangles) = scene::triangles_of(spec) {
+        for recipe in recipes {
+            require_memory(device, recipe.builder, triangles)?;
+        }
+    }
     let options = global.scene_options();
     let scene = match scene::open(spec, &options) {
         Ok(scene) => scene,
         Err(e) => {
             // Who names a scene wants that one.
-            let Some(instead) = e.instead().filter(|_| args.scenes.is_empty()) else { return Err(e) };
+            let Some(instead) = e.instead().filter(|_| args.scenes.is_empty()) else { return Err(e.into()) };
             tracing::warn!("{e}");
             eprintln!("note: measuring {instead} instead of {spec}, which could not be fetched");
             scene::open(instead, &options)?

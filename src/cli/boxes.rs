@@ -97,8 +97,8 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     let json = args.json.as_deref().map(Output::new).transpose()?;
 
     let device = global.open_device()?;
-    let scene = global.open_scene(&args.scene)?;
     let recipe = args.recipe.recipe(global, &device)?;
+    let scene = global.open_scene_for(&args.scene, &device, recipe.builder)?;
     let buffers = SceneBuffers::upload(&device, &scene)?;
     let bvh = build(&device, &buffers, &recipe, Timing::Off)?.bvh;
     let shown = Shown::new(&bvh, args.level)?;
@@ -106,11 +106,14 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
         bail!("{}: no triangle of it can be hit, so its tree has no box", scene.name);
     }
     shown.remark(global);
+    // All that can fail on the device comes before the first file.
+    let mut picture = vec![];
+    if files.iter().any(|file| matches!(file, File::Picture(_))) {
+        picture = picture::draw(&device, &scene, &bvh, &shown, args.view.of(&scene))?.png()?;
+    }
     for (file, (path, library)) in files.into_iter().zip(&paths) {
         match file {
-            File::Picture(output) => {
-                output.finish(&picture::draw(&device, &scene, &bvh, &shown, args.view.of(&scene))?.png()?)?;
-            }
+            File::Picture(output) => output.finish(&picture)?,
             File::Glb(output) => output.finish(&glb(&shown.title(), &shown.parts())?)?,
             File::Obj(output, materials, name) => {
                 let parts = shown.parts();

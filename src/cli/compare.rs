@@ -3,6 +3,7 @@
 use super::files;
 use super::report::ROWS;
 use crate::bench::{Comparison, Quantity, Ratio, Results, compare};
+use crate::scene::printable;
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
@@ -62,10 +63,10 @@ pub(super) fn run(args: &Args) -> Result<()> {
     if args.json {
         writeln!(out, "{}", files::json(&Comparison { ratios, only_first, only_second })?)?;
     } else {
-        writeln!(out, "{}", table(&ratios, threshold))?;
+        writeln!(out, "{}", printable(&table(&ratios, threshold).to_string()))?;
         for (keys, which) in [(&only_first, "first"), (&only_second, "second")] {
             for key in keys {
-                writeln!(out, "only the {which} has {key}")?;
+                writeln!(out, "only the {which} has {}", printable(&key.to_string()))?;
             }
         }
     }

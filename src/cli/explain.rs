@@ -2,12 +2,11 @@
 
 use super::choices::SortName;
 use crate::bench::{Choice, Counting, Traced, Trial, Tried};
-use crate::bvh::Built;
 use crate::trace::{Boxes, Precision, Query, RayOrder, Walk};
 
 /// What a build did.
-pub(super) fn build(built: &Built) {
-    for sentence in &built.explain {
+pub(super) fn build(sentences: &[String]) {
+    for sentence in sentences {
         eprintln!("explain: {sentence}");
     }
 }

@@ -1,15 +1,14 @@
 //! Files of other programs: rays in, hits and JSON out. What is written appears whole or not at all.
 
 use crate::abi::{Hit, Ray};
+use crate::output;
+use crate::trace::rays;
 use anyhow::{Context, Result, bail};
 use std::fs;
 use std::io::Write;
 use std::path::Path;
 
-/// Bytes of a ray.
-const RAY: u64 = size_of::<Ray>() as u64;
-
-/// Reads a ray file: little-endian f32, eight a ray (origin, t_min, direction, t_max), no header.
+/// Reads a ray file, see [`rays::parse`].
 pub(super) fn rays(path: &Path) -> Result<Vec<Ray>> {
     let name = path.display();
     let meta = fs::metadata(path).with_context(|| format!("can't read the rays {name}"))?;
@@ -17,32 +16,14 @@ pub(super) fn rays(path: &Path) -> Result<Vec<Ray>> {
         bail!("can't read the rays {name}: it is a directory");
     }
     let bytes = fs::read(path).with_context(|| format!("can't read the rays {name}"))?;
-    let size = bytes.len() as u64;
-    if size == 0 {
-        bail!(
-            "{name} holds no ray: it is empty; a ray is 8 little-endian f32 (origin, t_min, direction, t_max)"
-        );
-    }
-    if !size.is_multiple_of(RAY) {
-        bail!(
-            "{name}: {size} bytes are no multiple of {RAY}, so ray {} is cut short; a ray is 8 little-endian f32 \
-             (origin, t_min, direction, t_max) and there is no header",
-            size / RAY
-        );
-    }
-    let word = |b: &[u8]| f32::from_le_bytes([b[0], b[1], b[2], b[3]]);
-    let ray = |b: &[u8]| {
-        let f: [f32; 8] = std::array::from_fn(|i| word(&b[4 * i..]));
-        bytemuck::cast::<[f32; 8], Ray>(f)
-    };
-    Ok(bytes.chunks_exact(RAY as usize).map(ray).collect())
+    rays::parse(&bytes).with_context(|| format!("can't take the rays of {name}"))
 }
 
-/// A file to be written: made before the work, so that a folder that can't be written to is found out first.
+/// A file to be written, whole or not at all; what can't be written is found out before the work.
 pub(super) struct Output<'p> {
     path: &'p Path,
-    /// None: the path is a device or a pipe, which can't be replaced.
-    beside: Option<tempfile::NamedTempFile>,
+    /// The path is a device or a pipe, which can't be replaced.
+    special: bool,
 }
 
 impl<'p> Output<'p> {
@@ -54,33 +35,27 @@ impl<'p> Output<'p> {
             Ok(m) => !m.is_file(),
             Err(_) => false,
         };
-        if special {
-            return Ok(Self { path, beside: None });
+        if !special {
+            output::probe(path).with_context(|| format!("can't write {name}"))?;
         }
-        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(".boxwood-");
-        #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        let beside = builder.tempfile_in(folder).with_context(|| format!("can't write {name}"))?;
-        Ok(Self { path, beside: Some(beside) })
+        Ok(Self { path, special })
     }
 
     /// Writes `bytes` and gives the file its name.
     pub(super) fn finish(self, bytes: &[u8]) -> Result<()> {
-        let failed = || format!("can't write {}", self.path.display());
-        match self.beside {
-            None => fs::OpenOptions::new()
-                .write(true)
-                .open(self.path)
-                .and_then(|mut f| f.write_all(bytes))
-                .with_context(failed),
-            Some(mut file) => {
-                file.write_all(bytes).and_then(|()| file.flush()).with_context(failed)?;
-                file.persist(self.path).map_err(|e| e.error).with_context(failed)?;
-                Ok(())
+        self.finish_by(|out| Ok(out.write_all(bytes)?))
+    }
+
+    /// Has `write` write it, and gives the file its name.
+    pub(super) fn finish_by<T>(self, write: impl FnOnce(&mut fs::File) -> Result<T>) -> Result<T> {
+        let written = match self.special {
+            true => {
+                let open = fs::OpenOptions::new().write(true).open(self.path);
+                open.map_err(Into::into).and_then(|mut file| write(&mut file))
             }
-        }
+            false => output::write_by(self.path, write),
+        };
+        written.with_context(|| format!("can't write {}", self.path.display()))
     }
 }
 
@@ -114,24 +89,12 @@ mod tests {
     fn written_whole_or_not_at_all() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("a.hits");
-        drop(Output::new(&path).unwrap());
+        Output::new(&path).unwrap();
         assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 0, "something is left of an abandoned output");
         Output::new(&path).unwrap().finish(b"whole").unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"whole");
         assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
         assert!(Output::new(&dir.path().join("none/a.hits")).is_err());
         assert!(Output::new(dir.path()).is_err());
-    }
-
-    #[test]
-    fn rays_come_in_whole_records() {
-        let dir = tempfile::tempdir().unwrap();
-        let path = dir.path().join("a.rays");
-        let bytes: Vec<u8> = (0..8).flat_map(|i| (i as f32).to_le_bytes()).collect();
-        fs::write(&path, &bytes).unwrap();
-        let read = rays(&path).unwrap();
-        assert_eq!((read.len(), read[0].t_min, read[0].t_max), (1, 3.0, 7.0));
-        fs::write(&path, &bytes[1..]).unwrap();
-        assert!(rays(&path).unwrap_err().to_string().contains("31 bytes"));
     }
 }

@@ -74,9 +74,10 @@ struct Report<'a> {
 /// Runs the command.
 pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     let device = global.open_device()?;
-    let scene = global.open_scene(&args.scene)?;
+    let recipe = args.recipe.recipe(global, &device)?;
+    let scene = global.open_scene_for(&args.scene, &device, recipe.builder)?;
     let plan = LayoutPlan {
-        recipe: args.recipe.recipe(global, &device)?,
+        recipe,
         view: args.view.of(&scene),
         kinds: args.rays.clone(),
         sample: args.sample as usize,

@@ -1,7 +1,8 @@
 //! The command line: arguments, one file a subcommand, exit codes. Knows everything; nothing knows it.
 //!
 //! JSON and tables go to stdout, remarks, progress and errors to stderr. Exit code 0: done; 1: it failed, or a check
-//! found a fault; 2: the arguments make no sense.
+//! found a fault; 2: the arguments make no sense. A signal ends it at once, as any program: no file is then there in
+//! part (see [`crate::output`]).
 
 mod bench;
 mod boxes;
@@ -20,12 +21,14 @@ mod render;
 mod report;
 mod scenes;
 mod stress;
+mod tree;
 mod values;
 
-use crate::device::{Device, Options};
-use crate::scene::{self, Progress, Scene};
+use crate::bvh::{Builder, require_memory};
+use crate::device::{Device, Faults, Options};
+use crate::scene::{self, Progress, Scene, printable};
 use anyhow::Result;
-use choices::SceneArgs;
+use choices::{SceneArgs, TransformArgs};
 use clap::{ArgAction, Args, Parser, Subcommand};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -77,6 +80,7 @@ enum Command {
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
     log(cli.global.verbose);
+    fail_at_file_size_limit();
     let done = match &cli.command {
         Command::Devices(args) => devices::run(&cli.global, args),
         Command::Build(args) => build::run(&cli.global, args),
@@ -96,9 +100,23 @@ pub fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(e) if closed_pipe(&e) => ExitCode::SUCCESS,
         Err(e) => {
-            eprintln!("error: {}", in_one_line(&e));
+            // All files are written by name, so what has none is stdout.
+            let to =
+                if e.is::<std::io::Error>() && e.chain().len() == 1 { "can't write to stdout: " } else { "" };
+            eprintln!("error: {to}{}", printable(&in_one_line(&e)));
             ExitCode::FAILURE
         }
+    }
+}
+
+/// Has a write beyond the limit of file sizes (`ulimit -f`) fail, as one to a full disk does: without a handler the signal
+/// ends the program, and nobody learns why.
+fn fail_at_file_size_limit() {
+    #[cfg(unix)]
+    {
+        let seen = Arc::default();
+        // Where it can't be registered all is as it was.
+        let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, seen);
     }
 }
 
@@ -130,7 +148,8 @@ fn in_one_line(error: &anyhow::Error) -> String {
 
 impl Global {
     fn open_device(&self) -> Result<Arc<Device>> {
-        let device = Device::open(&Options { device: self.device.clone(), ..Options::from_env() })?;
+        let (device, faults) = (self.device.clone(), Faults::from_env()?);
+        let device = Device::open(&Options { device, faults, ..Options::from_env() })?;
         tracing::info!("{}, {}", device.info().name, device.info().driver);
         Ok(device)
     }
@@ -149,15 +168,31 @@ impl Global {
     }
 
     fn open_scene(&self, args: &SceneArgs) -> Result<Scene> {
-        let scene = args.transform.transform().apply(scene::open(&args.spec, &self.scene_options())?)?;
+        self.open(&args.spec, &args.transform)
+    }
+
+    fn open(&self, spec: &str, transform: &TransformArgs) -> Result<Scene> {
+        let scene = transform.transform().apply(scene::open(spec, &self.scene_options())?)?;
         warn_of(&scene);
         Ok(scene)
+    }
+
+    /// Likewise, to build over it with the builder `by`; refused before it is made or fetched where the device has no room.
+    fn open_for(&self, spec: &str, transform: &TransformArgs, device: &Device, by: Builder) -> Result<Scene> {
+        if let Some(triangles) = scene::triangles_of(spec) {
+            require_memory(device, by, triangles)?;
+        }
+        self.open(spec, transform)
+    }
+
+    fn open_scene_for(&self, args: &SceneArgs, device: &Device, by: Builder) -> Result<Scene> {
+        self.open_for(&args.spec, &args.transform, device, by)
     }
 
     /// A line on stderr, unless `--quiet`.
     fn remark(&self, line: impl std::fmt::Display) {
         if !self.quiet {
-            eprintln!("{line}");
+            eprintln!("{}", printable(&line.to_string()));
         }
     }
 }

@@ -53,7 +53,7 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     let figures = args.json.as_deref().map(Output::new).transpose()?;
     let device = global.open_device()?;
     let recipe = args.recipe.recipe(global, &device)?;
-    let scene = global.open_scene(&args.scene)?;
+    let scene = global.open_scene_for(&args.scene, &device, recipe.builder)?;
     let plan = Plan { recipe, rays: args.rays.clone(), view: args.view.of(&scene), runs: args.runs as usize };
     let profile = profile(&device, &scene, &plan)?;
     if let Some(out) = out {

@@ -1,20 +1,25 @@
 //! `boxwood query`: the door for other programs. Rays in, hits out, and what it took.
 
-use super::build::BuildReport;
 use super::check::{self, Checks};
-use super::choices::{PrecisionName, RecipeArgs, ReportArgs, SceneArgs, SortName};
+use super::choices::{PrecisionName, RecipeArgs, ReportArgs, SortName, TransformArgs};
 use super::files::{self, Output, emit};
+use super::tree::{BuildReport, LoadReport, Source};
 use super::{Global, explain};
 use crate::abi::Ray;
 use crate::bench::{
-    Costs, Counting, KernelTime, Protocol, Traced, choose_walk, measure_builds, trace_all, try_recipes,
+    Builds, Costs, Counting, KernelTime, Protocol, Traced, choose_walk, measure_builds, trace_all,
+    try_recipes,
 };
-use crate::bvh::{Bvh, Fit, SceneBuffers};
-use crate::scene::Progress;
+use crate::bvh::{Bvh, Fit, Recipe, SceneBuffers};
+use crate::device::Device;
+use crate::saved::{self, SavedError};
+use crate::scene::{Progress, Scene};
 use crate::trace::{Options, Query, RayOrder, Walk, is_coherent};
 use anyhow::{Result, bail};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
 
 /// Trace the rays of a file through a scene and write their hits; print times as JSON.
 ///
@@ -22,9 +27,18 @@ use std::path::PathBuf;
 /// on a miss), u32 triangle in input order (0xffffffff on a miss), f32 u (weight of the second vertex), f32 v (of the
 /// third).
 #[derive(Debug, clap::Args)]
+#[command(mut_group("TransformArgs", |group| group.requires("scene")))]
 pub(super) struct Args {
+    /// A mesh file or a name, such as dragon or hairball:500k: see `boxwood scenes list`. With --tree it may be left out, but
+    /// for --check.
+    #[arg(value_name = "SCENE", required_unless_present = "tree")]
+    scene: Option<String>,
     #[command(flatten)]
-    scene: SceneArgs,
+    transform: TransformArgs,
+    /// Trace through the tree of this file, which `build --save` has written, instead of building one. SCENE, where it is
+    /// given, must be the one that it was built from.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["RecipeArgs", "sample"])]
+    tree: Option<PathBuf>,
     /// Ray file.
     #[arg(long, value_name = "FILE")]
     rays: PathBuf,
@@ -58,7 +72,7 @@ pub(super) struct Args {
 #[derive(serde::Serialize)]
 struct Report<'a> {
     #[serde(flatten)]
-    build: &'a BuildReport,
+    source: &'a Source,
     query: &'static str,
     precision: &'static str,
     walk: &'static str,
@@ -97,30 +111,13 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     let out = Output::new(&args.out)?;
     let json = args.report.json.as_deref().map(Output::new).transpose()?;
     let device = global.open_device()?;
-    let mut recipe = args.recipe.recipe(global, &device)?;
-    if args.sample.is_some() && recipe.fit != Fit::Auto {
-        bail!("--sample chooses among trees, and the recipe names one: give --builder auto with it");
-    }
-    let scene = global.open_scene(&args.scene)?;
-    let buffers = SceneBuffers::upload(&device, &scene)?;
     let query = if args.any { Query::Any } else { Query::Closest };
-    if let Some(most) = args.sample {
-        let sample: Vec<Ray> =
-            rays.iter().step_by(rays.len().div_ceil(most as usize).max(1)).copied().collect();
-        let options = Options { query, precision: args.precision.into(), ..Options::default() };
-        let costs = Costs::measured(&device, global.cache().as_deref())?;
-        let tried = try_recipes(&device, &buffers, &recipe, &sample, options, costs)?;
-        if args.report.explain {
-            explain::sample(&tried, sample.len());
-        }
-        recipe = tried.first().map_or(recipe, |best| best.recipe);
-    }
     let runs = args.report.runs as usize;
-    let builds = measure_builds(&device, &buffers, &recipe, runs)?;
-    drop(buffers);
-    let bvh = &builds.built.bvh;
-    let build = BuildReport::new(&device, &scene, &recipe, &builds)?;
-    build.remark(global);
+    let tree = match &args.tree {
+        Some(path) => loaded(global, args, &device, path)?,
+        None => built(global, args, &device, &rays, query)?,
+    };
+    let bvh = &tree.bvh;
 
     let coherent = is_coherent(&rays, extent(bvh));
     let untried = Options {
@@ -140,13 +137,12 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     let traced = trace_all(&device, bvh, &rays, options, protocol, &|n| bar.inc(n as u64))?;
     bar.finish_and_clear();
     if args.report.explain {
-        explain::build(&builds.built);
+        explain::build(&tree.explain);
         explain::trace(args.sort, &choice, protocol.counting, &traced);
     }
     out.finish(&files::hit_bytes(&traced.hits))?;
 
-    let mut kernels = builds.kernels;
-    kernels.extend(traced.kernels.iter().cloned());
+    let kernels = tree.kernels.iter().chain(&traced.kernels).cloned().collect();
     let Traced { device: device_ms, wall, .. } = &traced;
     let hits = traced.hits.iter().filter(|h| h.is_hit()).count();
     let mrays_s = device_ms.rate(rays.len()).median;
@@ -157,19 +153,16 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
         device_ms.min,
         wall.median
     ));
-    let check = match args.report.check {
-        true => Some(Checks::of_tree(global, &scene, bvh, &recipe)?.and_hits(
-            global,
-            &scene,
-            &rays,
-            &traced.hits,
-            options,
-        )),
-        false => None,
+    let check = match tree.scene.as_ref().filter(|_| args.report.check) {
+        Some(scene) => {
+            let checks = Checks::of_tree(global, scene, bvh, &tree.recipe)?;
+            Some(checks.and_hits(global, scene, &rays, &traced.hits, options))
+        }
+        None => None,
     };
     let faults = check.as_ref().and_then(Checks::faults);
     let report = Report {
-        build: &build,
+        source: &tree.source,
         query: match options.query {
             Query::Closest => "closest",
             Query::Any => "any",
@@ -196,6 +189,68 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     };
     emit(&report, json)?;
     check::fail_on(faults)
+}
+
+/// What rays are traced through.
+struct Tree {
+    bvh: Bvh,
+    recipe: Recipe,
+    /// None: the tree was loaded without it.
+    scene: Option<Scene>,
+    source: Source,
+    kernels: Vec<KernelTime>,
+    explain: Vec<String>,
+}
+
+/// A tree that is built.
+fn built(global: &Global, args: &Args, device: &Arc<Device>, rays: &[Ray], query: Query) -> Result<Tree> {
+    let mut recipe = args.recipe.recipe(global, device)?;
+    if args.sample.is_some() && recipe.fit != Fit::Auto {
+        bail!("--sample chooses among trees, and the recipe names one: give --builder auto with it");
+    }
+    let Some(spec) = &args.scene else { bail!("no SCENE to build a tree of") };
+    let scene = global.open_for(spec, &args.transform, device, recipe.builder)?;
+    let buffers = SceneBuffers::upload(device, &scene)?;
+    if let Some(most) = args.sample {
+        let sample: Vec<Ray> =
+            rays.iter().step_by(rays.len().div_ceil(most as usize).max(1)).copied().collect();
+        let options = Options { query, precision: args.precision.into(), ..Options::default() };
+        let costs = Costs::measured(device, global.cache().as_deref())?;
+        let tried = try_recipes(device, &buffers, &recipe, &sample, options, costs)?;
+        if args.report.explain {
+            explain::sample(&tried, sample.len());
+        }
+        recipe = tried.first().map_or(recipe, |best| best.recipe);
+    }
+    let builds = measure_builds(device, &buffers, &recipe, args.report.runs as usize)?;
+    let report = BuildReport::new(device, &scene, &recipe, &builds)?;
+    report.remark(global);
+    let Builds { built, kernels, .. } = builds;
+    let (source, scene) = (Source::Built(report), Some(scene));
+    Ok(Tree { bvh: built.bvh, recipe, scene, source, kernels, explain: built.explain })
+}
+
+/// The tree of the file `path`.
+fn loaded(global: &Global, args: &Args, device: &Arc<Device>, path: &Path) -> Result<Tree> {
+    if args.report.check && args.scene.is_none() {
+        bail!("--check compares with the scene: give the SCENE of the tree {} as well", path.display());
+    }
+    let start = Instant::now();
+    let loaded = saved::load(device, path)?;
+    let ms = start.elapsed().as_secs_f64() * 1e3;
+    let report = LoadReport::new(device, path.to_owned(), &loaded, ms, args.report.runs as usize)?;
+    report.remark(global);
+    let scene = args.scene.as_ref().map(|spec| global.open(spec, &args.transform)).transpose()?;
+    if let Some(scene) = &scene {
+        loaded.require_scene(scene).map_err(|fault| SavedError { path: path.to_owned(), fault })?;
+    }
+    let explain = vec![format!(
+        "tree: {} bytes read in {ms:.2} ms, their checksum and every node and triangle checked; nothing built{}",
+        loaded.bytes,
+        if scene.is_some() { ", the scene only compared" } else { ", no scene read" }
+    )];
+    let saved::Loaded { bvh, origin, .. } = loaded;
+    Ok(Tree { bvh, recipe: origin.recipe, scene, source: Source::Loaded(report), kernels: vec![], explain })
 }
 
 /// Longest edge of the tree's box, scene units.

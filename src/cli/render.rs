@@ -119,9 +119,9 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     let outputs = paths.iter().map(|p| Output::new(p)).collect::<Result<Vec<_>>>()?;
 
     let device = global.open_device()?;
-    let scene = global.open_scene(&args.scene)?;
-    let buffers = SceneBuffers::upload(&device, &scene)?;
     let recipe = args.recipe.recipe(global, &device)?;
+    let scene = global.open_scene_for(&args.scene, &device, recipe.builder)?;
+    let buffers = SceneBuffers::upload(&device, &scene)?;
     let bvh = build(&device, &buffers, &recipe, Timing::Off)?.bvh;
     let view = args.view.of(&scene);
     let subject = Subject { device: &device, scene: &scene, buffers: &buffers, bvh: &bvh };

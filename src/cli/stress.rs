@@ -1,5 +1,6 @@
 //! `boxwood stress`: what tries to break builders and traversals, judged by the f64 reference.
 
+mod closed;
 mod report;
 mod watch;
 
@@ -34,6 +35,12 @@ const LOOKING: Duration = Duration::from_secs(60);
 /// `boxwood query` takes. Exit code 1 with any failure.
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
+    /// Instead of all this: trace N rays in all from within closed meshes (round ones, tiny, huge and far ones, with needles,
+    /// slivers and seams, on the axes and turned, winding) at vertices, at points of edges and along axes, by every walk.
+    /// None may get out. Where builders turn boxes, they do at any gain in area.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..),
+          conflicts_with_all = ["quick", "only", "list", "precision", "rays", "limit"])]
+    closed: Option<u64>,
     /// Small scenes and fewer walks: a minute's worth.
     #[arg(long)]
     quick: bool,
@@ -58,7 +65,7 @@ pub(super) struct Args {
     /// Seconds that a build or a trace may take: what takes longer hangs, is named, and ends the run.
     #[arg(long, value_name = "S", default_value_t = 300, value_parser = clap::value_parser!(u64).range(20..))]
     limit: u64,
-    /// Folder for the least cases of failures.
+    /// Folder for the least cases of failures, or, with --closed, for the first faulty rays and their meshes.
     #[arg(long, value_name = "DIR", default_value = "stress")]
     out: PathBuf,
     /// Write all as JSON to this file.
@@ -67,12 +74,16 @@ pub(super) struct Args {
 }
 
 impl Args {
-    fn plan(&self) -> Plan {
-        let effort = if self.quick { Effort::Quick } else { Effort::Whole };
-        let methods = match self.builders.as_slice() {
+    fn methods(&self) -> Vec<Method> {
+        match self.builders.as_slice() {
             [] => BUILDERS.iter().filter_map(|name| Method::named(name)).collect(),
             named => named.to_vec(),
-        };
+        }
+    }
+
+    fn plan(&self) -> Plan {
+        let effort = if self.quick { Effort::Quick } else { Effort::Whole };
+        let methods = self.methods();
         let precisions = match self.precision.as_slice() {
             [] => Precision::ALL.to_vec(),
             named => named.iter().map(|p| (*p).into()).collect(),
@@ -84,6 +95,9 @@ impl Args {
 
 /// Runs the command.
 pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
+    if let Some(rays) = args.closed {
+        return closed::run(global, args, rays);
+    }
     let cases = stress::chosen(&args.only);
     if cases.is_empty() {
         bail!("no scene's family/name holds {}: see `boxwood stress --list`", args.only.join(" or "));

@@ -2,7 +2,7 @@
 //! that as its only instance, which ray queries start from. Not compacted, never updated.
 
 use super::buffer::Allocated;
-use super::error::{Context, DeviceError, Result};
+use super::error::{DeviceError, Result};
 use super::{Buffer, Device, Recorder, lock};
 use ash::{khr, vk};
 use gpu_allocator::MemoryLocation;
@@ -249,13 +249,15 @@ impl Device {
         info: &vk::AccelerationStructureBuildGeometryInfoKHR,
         sizes: &vk::AccelerationStructureBuildSizesInfoKHR,
     ) -> Result<Structure> {
+        let structures = self.structures()?;
         let (bytes, local) = (sizes.acceleration_structure_size, MemoryLocation::GpuOnly);
         let usage = vk::BufferUsageFlags::ACCELERATION_STRUCTURE_STORAGE_KHR;
         let memory = Allocated::with_usage(self, name, bytes, local, usage)?;
         let create =
             vk::AccelerationStructureCreateInfoKHR::default().buffer(memory.raw).size(bytes).ty(info.ty);
         // SAFETY: a buffer of that usage, no smaller, which lives as long as the structure.
-        let raw = unsafe { self.structures()?.create_acceleration_structure(&create, None) }.context(name)?;
+        let make = || unsafe { structures.create_acceleration_structure(&create, None) };
+        let raw = self.taking(name, make)?;
         Ok(Structure { raw, memory, device: self.clone() })
     }
 

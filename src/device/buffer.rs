@@ -1,6 +1,6 @@
 //! Named, typed arrays in device memory, reached by device address.
 
-use super::error::{Context, DeviceError, Result};
+use super::error::{DeviceError, Result};
 use super::{Device, Recorder, lock};
 use crate::abi::{Ptr, PtrMut, PtrShared};
 use ash::vk;
@@ -103,39 +103,49 @@ fn create(
         all |= U::ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_KHR;
     }
     let info = vk::BufferCreateInfo::default().size(bytes).usage(all | usage);
+    let full = || DeviceError::Memory {
+        what: name.into(),
+        needed: bytes.div_ceil(1 << 20),
+        available: device.memory_free() >> 20,
+        device: device.info.name.clone(),
+    };
+    let failed = |result| match result {
+        vk::Result::ERROR_OUT_OF_DEVICE_MEMORY => full(),
+        result => DeviceError::Vulkan { call: name.into(), result },
+    };
     // SAFETY: the device is alive; the info is complete.
-    let raw = unsafe { device.raw.create_buffer(&info, None) }.context(name)?;
+    let make = || unsafe { device.raw.create_buffer(&info, None) };
+    let raw = device.due.allocation().and_then(|()| make()).map_err(failed)?;
     let mut memory = Memory { raw, address: 0, bytes, location, usage, allocation: None };
     // SAFETY: `raw` was just made by this device.
     let requirements = unsafe { device.raw.get_buffer_memory_requirements(raw) };
-    let allocation = lock(&device.allocator).allocate(&ga::AllocationCreateDesc {
+    let wanted = ga::AllocationCreateDesc {
         name,
         requirements,
         location,
         linear: true,
         allocation_scheme: ga::AllocationScheme::GpuAllocatorManaged,
-    });
+    };
+    let refused = |_| gpu_allocator::AllocationError::OutOfMemory;
+    let allowed = device.take_budget(bytes).map_err(refused);
+    let allocation = allowed.and_then(|()| lock(&device.allocator).allocate(&wanted));
     let allocation = match allocation {
         Ok(allocation) => allocation,
         Err(source) => {
             device.free(memory);
             return Err(match source {
-                gpu_allocator::AllocationError::OutOfMemory => DeviceError::Memory {
-                    what: name.into(),
-                    needed: bytes.div_ceil(1 << 20),
-                    available: device.memory_free() >> 20,
-                    device: device.info.name.clone(),
-                },
+                gpu_allocator::AllocationError::OutOfMemory => full(),
                 source => DeviceError::Allocation { what: name.into(), bytes, source },
             });
         }
     };
     // SAFETY: memory of the buffer's own requirements, bound once.
-    let bound = unsafe { device.raw.bind_buffer_memory(raw, allocation.memory(), allocation.offset()) };
+    let bind = || unsafe { device.raw.bind_buffer_memory(raw, allocation.memory(), allocation.offset()) };
+    let bound = device.due.allocation().and_then(|()| bind());
     memory.allocation = Some(allocation);
     if let Err(result) = bound {
         device.free(memory);
-        return Err(result).context(name);
+        return Err(failed(result));
     }
     let info = vk::BufferDeviceAddressInfo::default().buffer(raw);
     // SAFETY: the buffer has memory and the address usage.
@@ -207,10 +217,19 @@ impl<T: bytemuck::NoUninit> Buffer<T> {
     /// # Errors
     /// A failed copy; more elements than fit.
     pub fn write(&self, elements: &[T]) -> Result<()> {
+        self.write_at(0, elements)
+    }
+
+    /// Likewise, from element `first` on.
+    ///
+    /// # Errors
+    /// A failed copy; more elements than fit.
+    pub fn write_at(&self, first: usize, elements: &[T]) -> Result<()> {
         let device = &self.memory.device;
         let bytes: &[u8] = bytemuck::cast_slice(elements);
-        if bytes.len() as u64 > self.memory.bytes {
-            let (wanted, limit) = (elements.len() as u64, self.len as u64);
+        let from = (first as u64).saturating_mul(size_of::<T>() as u64);
+        if from.saturating_add(bytes.len() as u64) > self.memory.bytes {
+            let (wanted, limit) = ((first as u64).saturating_add(elements.len() as u64), self.len as u64);
             return Err(DeviceError::Limit { what: "elements to write".into(), wanted, limit });
         }
         if bytes.is_empty() {
@@ -222,7 +241,7 @@ impl<T: bytemuck::NoUninit> Buffer<T> {
             let Some(mapped) = staging.mapped() else { return Err(unmapped("staging.write")) };
             mapped[..chunk.len()].copy_from_slice(chunk);
             let mut rec = Recorder::new(device, super::Timing::Off)?;
-            rec.copy_bytes(&staging, 0, &self.memory, (i * STAGING) as u64, chunk.len() as u64);
+            rec.copy_bytes(&staging, 0, &self.memory, from + (i * STAGING) as u64, chunk.len() as u64);
             rec.submit()?;
         }
         Ok(())
@@ -262,8 +281,17 @@ impl<T: bytemuck::Pod> Buffer<T> {
     /// # Errors
     /// A failed copy; more elements than there are.
     pub fn read_first(&self, count: usize) -> Result<Vec<T>> {
-        if count > self.len {
-            let (wanted, limit) = (count as u64, self.len as u64);
+        self.read_from(0, count)
+    }
+
+    /// `count` elements from `first` on.
+    ///
+    /// # Errors
+    /// A failed copy; more elements than there are.
+    pub fn read_from(&self, first: usize, count: usize) -> Result<Vec<T>> {
+        let end = first.saturating_add(count);
+        if end > self.len {
+            let (wanted, limit) = (end as u64, self.len as u64);
             return Err(DeviceError::Limit { what: "elements to read".into(), wanted, limit });
         }
         let mut out = vec![T::zeroed(); count];
@@ -272,11 +300,12 @@ impl<T: bytemuck::Pod> Buffer<T> {
             return Ok(out);
         }
         let device = &self.memory.device;
+        let from = (first * size_of::<T>()) as u64;
         let size = bytes.len().min(STAGING);
         let mut staging = Allocated::new(device, "staging.read", size as u64, MemoryLocation::GpuToCpu)?;
         for (i, chunk) in bytes.chunks_mut(STAGING).enumerate() {
             let mut rec = Recorder::new(device, super::Timing::Off)?;
-            rec.copy_bytes(&self.memory, (i * STAGING) as u64, &staging, 0, chunk.len() as u64);
+            rec.copy_bytes(&self.memory, from + (i * STAGING) as u64, &staging, 0, chunk.len() as u64);
             rec.submit()?;
             let Some(mapped) = staging.mapped() else { return Err(unmapped("staging.read")) };
             chunk.copy_from_slice(&mapped[..chunk.len()]);

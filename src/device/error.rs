@@ -51,6 +51,26 @@ pub enum DeviceError {
         /// Device name.
         device: String,
     },
+    /// Not enough memory for something of which only the driver knows the size.
+    #[error(
+        "{what}: {device} is out of device memory, though {available} MiB are said to be free; use a smaller scene or another --device, or end what else uses it"
+    )]
+    Full {
+        /// What for.
+        what: String,
+        /// Said to be free, MiB.
+        available: u64,
+        /// Device name.
+        device: String,
+    },
+    /// BOXWOOD_FAULT is none.
+    #[error(
+        "BOXWOOD_FAULT is {given:?}, which is no fault; write allocation:N, submit:N or fence:N, N from 1, or budget:NMiB, commas between several; or unset it, for it is for tests"
+    )]
+    NoSuchFault {
+        /// As given.
+        given: String,
+    },
     /// A device limit.
     #[error("{what}: {wanted} exceeds this device's limit of {limit}")]
     Limit {

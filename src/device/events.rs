@@ -187,7 +187,7 @@ impl Statistics {
             .pipeline_statistics(vk::QueryPipelineStatisticFlags::COMPUTE_SHADER_INVOCATIONS)
             .query_count(room);
         // SAFETY: the device has the feature.
-        let pool = unsafe { device.raw.create_query_pool(&info, None) }.context("query pool")?;
+        let pool = device.taking("query pool", || unsafe { device.raw.create_query_pool(&info, None) })?;
         Ok(Some(Self { pool, room }))
     }
 

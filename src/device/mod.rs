@@ -6,6 +6,7 @@ mod acceleration;
 mod buffer;
 mod error;
 mod events;
+mod faults;
 mod pipeline;
 mod recorder;
 mod select;
@@ -16,6 +17,7 @@ pub use acceleration::{Acceleration, Triangles};
 pub use buffer::Buffer;
 pub use error::{DeviceError, Result};
 pub use events::{Event, HostWork, Submit, Traffic, Work};
+pub use faults::Faults;
 pub use recorder::Recorder;
 pub use select::{DeviceInfo, Feature, choose};
 pub use shape::Shape;
@@ -27,7 +29,7 @@ use gpu_allocator::vulkan as ga;
 use std::collections::{BTreeMap, HashMap};
 use std::ffi::{CStr, CString, c_void};
 use std::mem::ManuallyDrop;
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 const VALIDATION: &CStr = c"VK_LAYER_KHRONOS_validation";
@@ -57,6 +59,8 @@ pub struct Options {
     pub without_ray_query: bool,
     /// Kernel shapes; none: those that suit the device. Results don't depend on them, which tests check by this.
     pub shape: Option<Shape>,
+    /// What fails: for tests.
+    pub faults: Faults,
 }
 
 impl Options {
@@ -79,7 +83,7 @@ struct Instance {
     debug: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     /// Whether passes can be labelled, for validation messages and debuggers.
     labels: bool,
-    messages: Arc<Mutex<Vec<String>>>,
+    messages: Messages,
 }
 
 /// An open device. Shared by everything made from it; freed with the last of them.
@@ -111,7 +115,21 @@ pub struct Device {
     peak: AtomicU64,
     /// Bytes of each buffer, spare ones too, by address.
     buffers: Mutex<BTreeMap<u64, u64>>,
+    /// Whether a submit has found the device lost: it stays so.
+    lost: AtomicBool,
+    due: faults::Due,
     instance: Instance,
+}
+
+/// What the validation layers say of a device, to its end and beyond.
+#[derive(Debug, Clone, Default)]
+pub struct Messages(Arc<Mutex<Vec<String>>>);
+
+impl Messages {
+    /// All so far.
+    pub fn all(&self) -> Vec<String> {
+        lock(&self.0).clone()
+    }
 }
 
 /// A lock whose data stays usable after a panic elsewhere.
@@ -167,7 +185,7 @@ impl Instance {
         // SAFETY: names and structs outlive the call.
         let raw = unsafe { entry.create_instance(&create, None) }.context("vkCreateInstance")?;
         let mut instance =
-            Self { _entry: entry, raw, debug: None, labels: has_debug, messages: Arc::default() };
+            Self { _entry: entry, raw, debug: None, labels: has_debug, messages: Messages::default() };
         if validation {
             let loader = ash::ext::debug_utils::Instance::new(&instance._entry, &instance.raw);
             let info = vk::DebugUtilsMessengerCreateInfoEXT::default()
@@ -177,7 +195,7 @@ impl Instance {
                 )
                 .message_type(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION)
                 .pfn_user_callback(Some(on_message))
-                .user_data(Arc::as_ptr(&instance.messages).cast_mut().cast());
+                .user_data(Arc::as_ptr(&instance.messages.0).cast_mut().cast());
             // SAFETY: `messages` lives in this Instance, which destroys the messenger before it goes.
             let messenger = unsafe { loader.create_debug_utils_messenger(&info, None) }
                 .context("vkCreateDebugUtilsMessengerEXT")?;
@@ -255,6 +273,9 @@ impl Device {
             .pipeline_statistics_query(info.has_statistics);
         let mut v12 = vk::PhysicalDeviceVulkan12Features::default()
             .buffer_device_address(true)
+            .vulkan_memory_model(true)
+            // The scope of atomics in kernels that hand nothing over: with the model it must be asked for.
+            .vulkan_memory_model_device_scope(true)
             .scalar_block_layout(true);
         let queues = [vk::DeviceQueueCreateInfo::default()
             .queue_family_index(info.queue_family)
@@ -282,8 +303,17 @@ impl Device {
         if ray_query {
             create = create.push_next(&mut structures).push_next(&mut queries);
         }
+        let due = faults::Due::new(options.faults);
         // SAFETY: the features and extensions asked for were found present by `inspect`.
-        let raw = unsafe { instance.raw.create_device(physical, &create, None) }.context("vkCreateDevice")?;
+        let make = || unsafe { instance.raw.create_device(physical, &create, None) };
+        let raw = due.allocation().and_then(|()| make()).map_err(|result| match result {
+            vk::Result::ERROR_OUT_OF_DEVICE_MEMORY => DeviceError::Full {
+                what: "vkCreateDevice".into(),
+                available: info.memory_free.unwrap_or(info.memory) >> 20,
+                device: info.name.clone(),
+            },
+            result => DeviceError::Vulkan { call: "vkCreateDevice".into(), result },
+        })?;
         // SAFETY: one queue of this family was asked for.
         let queue = unsafe { raw.get_device_queue(info.queue_family, 0) };
         let allocator = ga::Allocator::new(&ga::AllocatorCreateDesc {
@@ -294,10 +324,10 @@ impl Device {
             buffer_device_address: true,
             allocation_sizes: gpu_allocator::AllocationSizes::default(),
         })
-        .map_err(|source| DeviceError::Allocation {
-            what: "the allocator".into(),
-            bytes: 0,
-            source,
+        .map_err(|source| {
+            // SAFETY: nothing was made from it yet.
+            unsafe { raw.destroy_device(None) };
+            DeviceError::Allocation { what: "the allocator".into(), bytes: 0, source }
         })?;
         let structures =
             ray_query.then(|| ash::khr::acceleration_structure::Device::new(&instance.raw, &raw));
@@ -323,6 +353,8 @@ impl Device {
             in_use: AtomicU64::new(0),
             peak: AtomicU64::new(0),
             buffers: Mutex::default(),
+            lost: AtomicBool::new(false),
+            due,
             instance,
         }))
     }
@@ -344,7 +376,12 @@ impl Device {
 
     /// What the validation layers have said so far; empty without them.
     pub fn messages(&self) -> Vec<String> {
-        lock(&self.instance.messages).clone()
+        self.instance.messages.all()
+    }
+
+    /// Likewise, and what they say while the device is freed: of what was not freed before it.
+    pub fn all_messages(&self) -> Messages {
+        self.instance.messages.clone()
     }
 
     /// Gives an object the name that validation messages and debuggers show.
@@ -428,7 +465,7 @@ impl Device {
     pub fn memory_free(&self) -> u64 {
         let driver = select::inspect(&self.instance.raw, self.physical, self.info.index);
         let spare: u64 = lock(&self.spare).iter().map(|m| m.bytes).sum();
-        driver.memory_free.map_or(self.info.memory, |free| free + spare)
+        self.within_budget(driver.memory_free.unwrap_or(self.info.memory)) + spare
     }
 
     /// Refuses work that the device's memory can't hold.

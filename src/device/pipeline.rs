@@ -1,6 +1,6 @@
 //! Compute pipelines, made at first use and kept: one a kernel and set of specialization constants.
 
-use super::error::{Context, Result};
+use super::error::Result;
 use super::{Device, lock};
 use crate::abi::{Args, PUSH_BYTES};
 use crate::kernels::Kernel;
@@ -36,13 +36,28 @@ impl Device {
             .size(PUSH_BYTES as u32)];
         let info = vk::PipelineLayoutCreateInfo::default().push_constant_ranges(&push);
         // SAFETY: the info outlives the call.
-        let layout = unsafe { self.raw.create_pipeline_layout(&info, None) }.context(kernel.name)?;
+        let layout = self.taking(kernel.name, || unsafe { self.raw.create_pipeline_layout(&info, None) })?;
+        let raw = self.with_layout(kernel, constants, layout).inspect_err(|_| {
+            // SAFETY: nothing was made of it.
+            unsafe { self.raw.destroy_pipeline_layout(layout, None) };
+        })?;
+        self.name(raw, kernel.name);
+        let pipeline = Pipeline { raw, layout };
+        lock(&self.pipelines).insert(key, pipeline);
+        Ok(pipeline)
+    }
 
+    fn with_layout<A: Args>(
+        &self,
+        kernel: &Kernel<A>,
+        constants: &[(u32, u32)],
+        layout: vk::PipelineLayout,
+    ) -> Result<vk::Pipeline> {
         let bytes = kernel.spirv[usize::from(self.wide)];
         let words: Vec<u32> = bytemuck::pod_collect_to_vec(bytes);
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
         // SAFETY: SPIR-V that shaderc made and the build checked.
-        let module = unsafe { self.raw.create_shader_module(&info, None) }.context(kernel.name)?;
+        let module = self.taking(kernel.name, || unsafe { self.raw.create_shader_module(&info, None) })?;
         let entries: Vec<_> = (0..constants.len())
             .map(|i| {
                 vk::SpecializationMapEntry::default().constant_id(constants[i].0).offset(4 * i as u32).size(4)
@@ -58,13 +73,10 @@ impl Device {
             .specialization_info(&specialization);
         let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout)];
         // SAFETY: module and layout are alive; the constants are all 32-bit, as the kernels declare them.
-        let made = unsafe { self.raw.create_compute_pipelines(vk::PipelineCache::null(), &info, None) };
+        let make = || unsafe { self.raw.create_compute_pipelines(vk::PipelineCache::null(), &info, None) };
+        let made = self.taking(kernel.name, || make().map_err(|e| e.1));
         // SAFETY: no longer needed once the pipeline is made.
         unsafe { self.raw.destroy_shader_module(module, None) };
-        let raw = made.map_err(|e| e.1).context(kernel.name)?[0];
-        self.name(raw, kernel.name);
-        let pipeline = Pipeline { raw, layout };
-        lock(&self.pipelines).insert(key, pipeline);
-        Ok(pipeline)
+        Ok(made?[0])
     }
 }

@@ -41,47 +41,19 @@ impl Recorder {
     /// # Errors
     /// A failed Vulkan call.
     pub fn new(device: &Arc<Device>, timing: Timing) -> Result<Self> {
-        let info = vk::CommandPoolCreateInfo::default()
-            .queue_family_index(device.info.queue_family)
-            .flags(vk::CommandPoolCreateFlags::TRANSIENT);
-        device.recorders.fetch_add(1, Ordering::SeqCst);
-        // SAFETY: the device is alive, the family is its queue's.
-        let pool = unsafe { device.raw.create_command_pool(&info, None) }.context("command pool")?;
-        let info = vk::CommandBufferAllocateInfo::default().command_pool(pool).command_buffer_count(1);
-        // SAFETY: the pool was just made.
-        let commands = unsafe { device.raw.allocate_command_buffers(&info) }.context("command buffer")?[0];
-        // SAFETY: default info.
-        let fence =
-            unsafe { device.raw.create_fence(&vk::FenceCreateInfo::default(), None) }.context("fence")?;
-        let stamps =
-            timing != Timing::Off && device.info.timestamp_period > 0.0 && device.info.timestamp_bits > 0;
-        let queries = if stamps {
-            let info = vk::QueryPoolCreateInfo::default()
-                .query_type(vk::QueryType::TIMESTAMP)
-                .query_count(STAMPS + 1);
-            // SAFETY: the queue's family has timestamps.
-            Some(unsafe { device.raw.create_query_pool(&info, None) }.context("query pool")?)
-        } else {
-            None
-        };
-        let statistics = match timing {
-            Timing::Statistics => Statistics::new(device, STAMPS)?,
-            _ => None,
-        };
         let mut finished = Allocated::new(device, "recorder.finished", 16, MemoryLocation::GpuToCpu)?;
         if let Some(bytes) = finished.mapped() {
             bytes.fill(0);
         }
-        let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
-        // SAFETY: fresh command buffer.
-        unsafe { device.raw.begin_command_buffer(commands, &begin) }.context("vkBeginCommandBuffer")?;
+        device.recorders.fetch_add(1, Ordering::SeqCst);
+        // Whole from here on, so that what fails below is cleaned up: nothing is destroyed where there is nothing yet.
         let mut recorder = Self {
             device: device.clone(),
-            pool,
-            commands,
-            fence,
-            queries,
-            statistics,
+            pool: vk::CommandPool::null(),
+            commands: vk::CommandBuffer::null(),
+            fence: vk::Fence::null(),
+            queries: None,
+            statistics: None,
             timing,
             passes: vec![],
             seen: vec![],
@@ -89,7 +61,38 @@ impl Recorder {
             overlapping: false,
             started: Instant::now(),
         };
-        if let Some(queries) = queries {
+        let info = vk::CommandPoolCreateInfo::default()
+            .queue_family_index(device.info.queue_family)
+            .flags(vk::CommandPoolCreateFlags::TRANSIENT);
+        // SAFETY: the device is alive, the family is its queue's.
+        let make = || unsafe { device.raw.create_command_pool(&info, None) };
+        recorder.pool = device.taking("command pool", make)?;
+        let info =
+            vk::CommandBufferAllocateInfo::default().command_pool(recorder.pool).command_buffer_count(1);
+        // SAFETY: the pool was just made.
+        let make = || unsafe { device.raw.allocate_command_buffers(&info) };
+        recorder.commands = device.taking("command buffer", make)?[0];
+        // SAFETY: default info.
+        let make = || unsafe { device.raw.create_fence(&vk::FenceCreateInfo::default(), None) };
+        recorder.fence = device.taking("fence", make)?;
+        if timing != Timing::Off && device.info.timestamp_period > 0.0 && device.info.timestamp_bits > 0 {
+            let info = vk::QueryPoolCreateInfo::default()
+                .query_type(vk::QueryType::TIMESTAMP)
+                .query_count(STAMPS + 1);
+            // SAFETY: the queue's family has timestamps.
+            let make = || unsafe { device.raw.create_query_pool(&info, None) };
+            recorder.queries = Some(device.taking("query pool", make)?);
+        }
+        if timing == Timing::Statistics {
+            recorder.statistics = Statistics::new(device, STAMPS)?;
+        }
+        let commands = recorder.commands;
+        let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        // SAFETY: fresh command buffer.
+        device.taking("vkBeginCommandBuffer", || unsafe {
+            device.raw.begin_command_buffer(commands, &begin)
+        })?;
+        if let Some(queries) = recorder.queries {
             // SAFETY: recording; all queries of the pool.
             unsafe { device.raw.cmd_reset_query_pool(commands, queries, 0, STAMPS + 1) };
         }
@@ -353,36 +356,61 @@ impl Recorder {
             );
         }
         // SAFETY: recording is complete.
-        unsafe { device.raw.end_command_buffer(self.commands) }.context("vkEndCommandBuffer")?;
+        device.taking("vkEndCommandBuffer", || unsafe { device.raw.end_command_buffer(self.commands) })?;
         let commands = [self.commands];
         let submit = [vk::SubmitInfo::default().command_buffers(&commands)];
+        if device.lost.load(Ordering::SeqCst) {
+            return Err(self.lost());
+        }
         self.started = Instant::now();
-        let queue = lock(&device.queue);
-        // SAFETY: the queue is locked; everything referenced lives until the fence is waited for below.
-        let submitted = unsafe { device.raw.queue_submit(*queue, &submit, self.fence) };
-        drop(queue);
-        // SAFETY: the fence was given to the submit.
-        let waited =
-            submitted.and_then(|()| unsafe { device.raw.wait_for_fences(&[self.fence], true, u64::MAX) });
+        let waited = self.run(&submit);
         let wall = self.started.elapsed();
         match waited {
-            Ok(()) => {}
-            Err(vk::Result::ERROR_DEVICE_LOST) => return Err(self.lost()),
-            Err(result) => return Err(DeviceError::Vulkan { call: self.pass_name(count), result }),
+            Ok(()) => self.times(wall),
+            Err(vk::Result::ERROR_DEVICE_LOST) => {
+                let lost = self.lost();
+                device.lost.store(true, Ordering::SeqCst);
+                Err(lost)
+            }
+            Err(result) => {
+                let queue = lock(&device.queue);
+                // SAFETY: the queue is locked. What may still run must not lose what it uses.
+                let _ = unsafe { device.raw.queue_wait_idle(*queue) };
+                drop(queue);
+                match result {
+                    vk::Result::ERROR_OUT_OF_DEVICE_MEMORY => Err(device.full(&self.pass_name(count))),
+                    result => Err(DeviceError::Vulkan { call: self.pass_name(count), result }),
+                }
+            }
         }
-        self.times(wall)
+    }
+
+    /// Hands the commands to the device and waits for them.
+    fn run(&self, submit: &[vk::SubmitInfo]) -> std::result::Result<(), vk::Result> {
+        let device = &self.device;
+        let number = device.due.submit()?;
+        device.due.allocation()?;
+        let queue = lock(&device.queue);
+        // SAFETY: the queue is locked; everything referenced lives until the fence is waited for below.
+        unsafe { device.raw.queue_submit(*queue, submit, self.fence) }?;
+        drop(queue);
+        // SAFETY: the fence was given to the submit.
+        unsafe { device.raw.wait_for_fences(&[self.fence], true, u64::MAX) }?;
+        device.due.fence(number)
     }
 
     fn pass_name(&self, done: usize) -> String {
         self.passes.get(done).or(self.passes.last()).map_or("copy".into(), |p| (*p).to_owned())
     }
 
+    /// Where the loss of the device was noticed.
     fn lost(&mut self) -> DeviceError {
-        let done =
-            self.finished.mapped().map_or(0, |b| u32::from_ne_bytes([b[0], b[1], b[2], b[3]]) as usize);
-        let finished = match done {
-            0 => "none of this submit".into(),
-            n => format!("{}, pass {n} of {}", self.passes[n.min(self.passes.len()) - 1], self.passes.len()),
+        let word = self.finished.mapped().map_or(0, |b| u32::from_ne_bytes([b[0], b[1], b[2], b[3]]));
+        let done = word as usize;
+        let finished = if self.device.lost.load(Ordering::SeqCst) {
+            "none: it was lost before".into()
+        } else {
+            last_finished(&self.passes, done)
         };
         DeviceError::Lost { pass: self.pass_name(done), finished }
     }
@@ -447,6 +475,14 @@ impl Recorder {
     }
 }
 
+/// The last of `passes` that finished, where the first `done` did.
+fn last_finished(passes: &[&'static str], done: usize) -> String {
+    match done.min(passes.len()) {
+        0 => "none of this submit".into(),
+        n => format!("{}, pass {n} of {}", passes[n - 1], passes.len()),
+    }
+}
+
 impl Drop for Recorder {
     fn drop(&mut self) {
         let device = self.device.clone();
@@ -464,5 +500,21 @@ impl Drop for Recorder {
         if device.recorders.fetch_sub(1, Ordering::SeqCst) == 1 {
             device.bury();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::last_finished;
+
+    #[test]
+    fn the_last_pass_that_finished_is_named() {
+        let passes = ["morton/bounds", "morton/encode", "sort/count"];
+        assert_eq!(last_finished(&passes, 0), "none of this submit");
+        assert_eq!(last_finished(&passes, 2), "morton/encode, pass 2 of 3");
+        assert_eq!(last_finished(&passes, 3), "sort/count, pass 3 of 3");
+        // A word that the device never wrote whole, and a submit of copies only.
+        assert_eq!(last_finished(&passes, 9), "sort/count, pass 3 of 3");
+        assert_eq!(last_finished(&[], 1), "none of this submit");
     }
 }

@@ -133,6 +133,12 @@ pub(super) fn inspect(instance: &ash::Instance, physical: vk::PhysicalDevice, in
             "structs laid out as on the host",
         ),
         feature(
+            "vulkanMemoryModel, vulkanMemoryModelDeviceScope",
+            required,
+            v12.vulkan_memory_model != 0 && v12.vulkan_memory_model_device_scope != 0,
+            "values handed from one workgroup to another, by its rules; Vulkan 1.3 has both",
+        ),
+        feature(
             "subgroup basic, vote, arithmetic, ballot",
             required,
             ops(S::BASIC | S::VOTE | S::ARITHMETIC | S::BALLOT),

@@ -4,6 +4,7 @@
 //! obvious: it says what the kernels compute, bit for bit.
 
 pub mod binned;
+pub mod bounds;
 pub mod brute;
 pub mod collapse;
 pub mod compare;

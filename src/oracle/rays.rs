@@ -6,7 +6,6 @@ use crate::scene::Scene;
 use crate::trace::rays::{Light, Sampler, Secondary, SecondaryKind, View};
 use glam::{DVec3, Vec3};
 
-const OFFSET: f32 = 1.0 / 262_144.0;
 /// One step of a 24-bit fraction.
 const SHARE: f32 = 1.0 / 16_777_216.0;
 
@@ -72,9 +71,17 @@ pub(super) fn outer(a: Vec3, b: Vec3) -> Vec3 {
     Vec3::new(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
 }
 
+fn largest(v: Vec3) -> f32 {
+    v.abs().max_element()
+}
+
+fn level_of(v: Vec3) -> f32 {
+    let exponent = (largest(v).to_bits() >> 23) as i32 - 127;
+    f32::from_bits(((127 - exponent.clamp(-127, 126)) as u32) << 23)
+}
+
 pub(super) fn levelled(v: Vec3) -> Vec3 {
-    let exponent = (v.abs().max_element().to_bits() >> 23) as i32 - 127;
-    v * f32::from_bits(((127 - exponent.clamp(-127, 126)) as u32) << 23)
+    v * level_of(v)
 }
 
 pub(super) fn unit(v: Vec3) -> Option<Vec3> {
@@ -90,13 +97,21 @@ pub fn surface_of(scene: &Scene, ray: &Ray, hit: &Hit, i: usize) -> Option<Surfa
     }
     let [a, b, c] = scene.corners(hit.triangle as usize).map(Vec3::from_array);
     let (e1, e2) = (b - a, c - a);
-    let mut normal = unit(outer(levelled(e1), levelled(e2)))?;
+    let across = outer(levelled(e1), levelled(e2));
+    let mut normal = unit(across)?;
     if inner(normal, levelled(Vec3::from_array(ray.direction))) > 0.0 {
         normal = -normal;
     }
-    let point = a + (hit.u * e1 + hit.v * e2);
-    let largest = a.abs().max(b.abs()).max(c.abs()).max_element();
-    let origin = point + normal * (OFFSET * largest);
+    let (first, second) = (hit.u * e1, hit.v * e2);
+    let point = a + (first + second);
+
+    let extent = largest(e1).max(largest(e2)).max(largest(c - b));
+    let l = levelled(across);
+    let over_area = level_of(across) * inverse_root(inner(l, l));
+    let slenderness = (extent * level_of(e1)) * (extent * level_of(e2)) * over_area;
+    let off = 4.0 * (first.abs() + second.abs()) + 2.5 * point.abs();
+    let lift = SHARE * (inner(normal.abs(), off) + extent * (32.0 + 24.0 * slenderness.min(16.0)));
+    let origin = point + normal * lift;
     Some(Surface { origin: origin.to_array(), normal: normal.to_array(), primary: i as u32, pad: 0 })
 }
 

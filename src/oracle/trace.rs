@@ -3,9 +3,11 @@
 
 mod binary;
 mod packed;
+mod triple;
 
 pub use binary::BinaryNodes;
 
+use self::triple::triple;
 use super::morton::Space;
 use crate::abi::{Hit, INVALID, LEAF_BIT, Ray, TRIANGLE_WORDS, Tests};
 use crate::bvh::{Child, HostTree};
@@ -199,7 +201,7 @@ pub fn meet_wide(s: &Setup, corners: [V3; 3]) -> Option<Meeting> {
     let v = p[0] * r[1] - p[1] * r[0];
     let w = q[0] * p[1] - q[1] * p[0];
     let far = |k: usize| p[k].abs().max(q[k].abs()).max(r[k].abs());
-    let doubt = ((24.0 / 16_777_216.0) * s.reach) * (far(0) + far(1));
+    let doubt = ((32.0 / 16_777_216.0) * s.reach) * (far(0) + far(1));
     let (lo, hi) = (u.min(v).min(w), u.max(v).max(w));
     if lo < -doubt && hi > doubt {
         return None;
@@ -207,26 +209,16 @@ pub fn meet_wide(s: &Setup, corners: [V3; 3]) -> Option<Meeting> {
     meet_in_doubt(s, corners)
 }
 
-/// d · (p × q); 0 where rounding could have turned its sign.
-fn triple(d: [f64; 3], p: [f64; 3], q: [f64; 3]) -> f64 {
-    let m = [p[1] * q[2], p[2] * q[0], p[0] * q[1]];
-    let n = [p[2] * q[1], p[0] * q[2], p[1] * q[0]];
-    let sum = d[0] * (m[0] - n[0]) + (d[1] * (m[1] - n[1]) + d[2] * (m[2] - n[2]));
-    let size: [f64; 3] = std::array::from_fn(|k| d[k].abs() * (m[k].abs() + n[k].abs()));
-    if sum.abs() <= 3.552_713_678_800_501e-15 * (size[0] + size[1] + size[2]) { 0.0 } else { sum }
-}
-
 fn meet_in_doubt(s: &Setup, corners: [V3; 3]) -> Option<Meeting> {
-    let d = s.direction.map(f64::from);
-    let [a, b, c] = corners
-        .map(|p| std::array::from_fn::<f64, 3, _>(|k| f64::from(p[s.axes[k]]) - f64::from(s.origin[k])));
-    let (u, v, w) = (triple(d, c, b), triple(d, a, c), triple(d, b, a));
+    let (d, o) = (s.direction.map(f64::from), s.origin.map(f64::from));
+    let [a, b, c] = corners.map(|p| s.axes.map(|k| f64::from(p[k])));
+    let (u, v, w) = (triple(d, o, c, b), triple(d, o, a, c), triple(d, o, b, a));
     let signs = [u, v, w];
     let det = u + v + w;
     if (signs.iter().any(|x| *x < 0.0) && signs.iter().any(|x| *x > 0.0)) || det == 0.0 {
         return None;
     }
-    let depth = (u * a[2] + v * b[2] + w * c[2]) / (det * d[2]);
+    let depth = (u * (a[2] - o[2]) + v * (b[2] - o[2]) + w * (c[2] - o[2])) / (det * d[2]);
     Some(Meeting { depth: depth as f32, det: 1.0, uv: [(v / det) as f32, (w / det) as f32] })
 }
 
@@ -338,8 +330,8 @@ impl Tree<'_> {
         let mut nearest = Nearest { t: s.t_max, triangle: INVALID, uv: [0.0; 2] };
         let tests = self.walk(nodes, &s, &mut nearest, |place, _| {
             occluded |= self.meet(&s, self.triangle(place).0).is_some_and(|m| {
-                let (depth, det) = if m.det < 0.0 { (-m.depth, -m.det) } else { (m.depth, m.det) };
-                depth >= s.t_min * det && depth <= s.t_max * det
+                let t = m.depth * (1.0 / m.det);
+                t >= s.t_min && t <= s.t_max
             });
             occluded
         });

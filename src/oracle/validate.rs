@@ -1,10 +1,11 @@
 //! What must hold of a packed tree, checked from the bytes that tracing reads, and what the tree is like.
 //!
-//! Every triangle that can be hit lies in one leaf, and no other does; leaves hold at most what was asked for; boxes
-//! contain every triangle below them; every node is reached once; the claimed depth and cost can be true.
+//! What [`structure`] wants holds; every triangle that can be hit lies in one leaf, and no other does; boxes contain every
+//! triangle below them; the claimed cost can be true.
 
-use crate::abi::{Aabb, INVALID, ORIENTED_BIT, TRIANGLE_WORDS};
+use crate::abi::{Aabb, INVALID, TRIANGLE_WORDS};
 use crate::bvh::frame::is_oriented;
+use crate::bvh::structure::{self, Fault, Shape};
 use crate::bvh::{Bvh, Child, Collapse, HostTree, Volume};
 use crate::scene::Scene;
 
@@ -95,55 +96,10 @@ pub enum Invalid {
         /// Root reference.
         root: u32,
     },
-    /// A reference to a node that isn't there.
-    #[error("node {parent}: its child is node {child}, and there are {nodes}")]
-    NoSuchNode {
-        /// Where.
-        parent: u32,
-        /// The child.
-        child: u32,
-        /// Nodes.
-        nodes: usize,
-    },
-    /// A node with two parents.
-    #[error("node {0} is reached twice")]
-    Twice(u32),
-    /// Nodes without a parent.
-    #[error("{unreached} of {nodes} nodes can't be reached, node {first} first")]
-    Unreached {
-        /// How many.
-        unreached: usize,
-        /// Of how many.
-        nodes: usize,
-        /// The first.
-        first: usize,
-    },
-    /// A node whose exponents say that it has a frame, and it hasn't, or the other way round.
-    #[error("node {0}: its frame and what its exponents say of it are at odds")]
-    Frame(u32),
-    /// A leaf of too many triangles.
-    #[error("node {node}: a leaf of {count} triangles, where {max_leaf} are the most")]
-    LeafSize {
-        /// Its parent.
-        node: u32,
-        /// Triangles.
-        count: u32,
-        /// Largest leaf asked for.
-        max_leaf: u32,
-    },
-    /// A leaf beyond the triangles.
-    #[error("node {node}: a leaf of triangles {first}..{end}, and the tree has {triangles}")]
-    LeafRange {
-        /// Its parent.
-        node: u32,
-        /// First triangle.
-        first: u64,
-        /// One beyond the last.
-        end: u64,
-        /// There are.
-        triangles: usize,
-    },
-    /// A triangle's place in two leaves.
+    /// Nodes through which no ray finds its way.
+    #[error(transparent)]
+    Structure(#[from] Fault),
+    /// A triangle in two leaves, or twice in one.
     #[error("triangle {0} is in two leaves")]
     TriangleTwice(u32),
     /// A triangle of no leaf that can be hit.
@@ -177,14 +133,6 @@ pub enum Invalid {
         gap: f64,
         /// Rounding's share.
         allowed: f64,
-    },
-    /// A deeper tree than its stack is made for.
-    #[error("the tree has {depth} levels, and {claimed} are claimed")]
-    Depth {
-        /// Levels.
-        depth: u32,
-        /// Claimed.
-        claimed: u32,
     },
     /// A cost that can't be the tree's.
     #[error("the tree's cost is between {least} and {most}, and {claimed} is claimed")]
@@ -248,9 +196,18 @@ pub fn validate(scene: &Scene, tree: &HostTree, claims: &Claims) -> Result<Stats
     if (count == 0) != (tree.root == INVALID) {
         return Err(Invalid::Root { hittable: count, root: tree.root });
     }
+    let shape = Shape {
+        root: tree.root,
+        leaf_bits: tree.leaf_bits,
+        depth: claims.depth,
+        max_leaf: claims.collapse.max_leaf,
+        triangles: tree.triangles.len() / TRIANGLE_WORDS as usize,
+    };
+    let depth = structure::check(&tree.nodes, &shape)?.depth;
     let mut walk = Walk::new(scene, tree, claims, hittable);
+    walk.stats.depth = depth;
     if count > 0 {
-        walk.node(tree.root, tree.root, 0)?;
+        walk.below(tree.root)?;
     }
     walk.finish(left_out)
 }
@@ -262,7 +219,6 @@ struct Walk<'a> {
     claims: &'a Claims,
     /// Triangles that can be hit, input order, and that no leaf has had yet.
     wanted: Vec<bool>,
-    reached: Vec<bool>,
     /// Whether any node is oriented.
     oriented: bool,
     /// Corners of the triangles seen so far, unit space; none where no node is oriented.
@@ -275,6 +231,18 @@ struct Walk<'a> {
     scene_area: f64,
 }
 
+/// A node some of whose children have been visited.
+struct Open {
+    index: u32,
+    level: u32,
+    children: Vec<(Child, Volume)>,
+    /// The child that comes next, and the first of its triangles in [`Walk::seen`].
+    slot: usize,
+    from: usize,
+    /// Of the triangles below the children visited.
+    bounds: Box64,
+}
+
 impl<'a> Walk<'a> {
     fn new(scene: &'a Scene, tree: &'a HostTree, claims: &'a Claims, wanted: Vec<bool>) -> Self {
         Self {
@@ -282,7 +250,6 @@ impl<'a> Walk<'a> {
             tree,
             claims,
             wanted,
-            reached: vec![false; tree.nodes.len()],
             oriented: tree.nodes.iter().any(|n| is_oriented(n.frame)),
             seen: vec![],
             stats: Stats::default(),
@@ -293,51 +260,61 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Visits everything below node `index`; returns the box of its triangles.
-    fn node(&mut self, parent: u32, index: u32, level: u32) -> Result<Box64, Invalid> {
-        let nodes = self.tree.nodes.len();
-        let node = self.tree.nodes.get(index as usize);
-        let node = node.ok_or(Invalid::NoSuchNode { parent, child: index, nodes })?;
-        if std::mem::replace(&mut self.reached[index as usize], true) {
-            return Err(Invalid::Twice(index));
-        }
-        if (node.exponents & ORIENTED_BIT != 0) != is_oriented(node.frame) {
-            return Err(Invalid::Frame(index));
-        }
-        // Before its children: no path is longer than there are levels, whatever the tree.
-        self.stats.depth = self.stats.depth.max(level + 1);
-        if self.stats.depth > self.claims.depth {
-            return Err(Invalid::Depth { depth: self.stats.depth, claimed: self.claims.depth });
-        }
-        let children = self.tree.children(node);
-        let one_leaf = children.len() == 1;
-        let mut bounds = EMPTY;
-        for (slot, (child, volume)) in children.iter().enumerate() {
-            let from = self.seen.len();
-            let below = match *child {
-                Child::Node(child) => self.node(index, child, level + 1)?,
-                Child::Leaf { first, count } => {
-                    let below = self.leaf(index, first, count)?;
-                    self.add_area(level + u32::from(!one_leaf), &below);
-                    below
+    /// Visits everything below node `root`. Without recursion: a tree may be deeper than the program's own stack.
+    fn below(&mut self, root: u32) -> Result<(), Invalid> {
+        let mut open = vec![self.open(root, 0)];
+        while let Some(top) = open.last_mut() {
+            match top.children.get(top.slot).map(|(child, _)| *child) {
+                Some(Child::Node(child)) => {
+                    let level = top.level + 1;
+                    open.push(self.open(child, level));
                 }
-            };
-            self.contains(index, slot, volume, &below, from)?;
-            bounds = merged(&bounds, &below);
-            self.stats.box_area += self.over_scene(volume.half_area());
-            self.stats.aabb_area += self.share(&below);
+                Some(Child::Leaf { first, count }) => {
+                    let below = self.leaf(top.index, first, count)?;
+                    self.add_area(top.level + u32::from(top.children.len() > 1), &below);
+                    self.child(top, &below)?;
+                }
+                None => {
+                    let Some(node) = open.pop() else { break };
+                    self.close(&node);
+                    if let Some(parent) = open.last_mut() {
+                        self.child(parent, &node.bounds)?;
+                    }
+                }
+            }
         }
+        Ok(())
+    }
+
+    fn open(&self, index: u32, level: u32) -> Open {
+        let children = self.tree.children(&self.tree.nodes[index as usize]);
+        Open { index, level, children, slot: 0, from: self.seen.len(), bounds: EMPTY }
+    }
+
+    /// The next child of `node` has been visited: `below` is the box of its triangles.
+    fn child(&mut self, node: &mut Open, below: &Box64) -> Result<(), Invalid> {
+        let volume = node.children[node.slot].1;
+        self.contains(node.index, node.slot, &volume, below, node.from)?;
+        node.bounds = merged(&node.bounds, below);
+        node.slot += 1;
+        node.from = self.seen.len();
+        self.stats.box_area += self.over_scene(volume.half_area());
+        self.stats.aabb_area += self.share(below);
+        Ok(())
+    }
+
+    /// All children of `node` have been visited.
+    fn close(&mut self, node: &Open) {
         self.stats.nodes += 1;
-        self.stats.oriented += usize::from(is_oriented(node.frame));
-        if !one_leaf {
-            let share = self.share(&bounds);
+        self.stats.oriented += usize::from(is_oriented(self.tree.nodes[node.index as usize].frame));
+        if node.children.len() > 1 {
+            let share = self.share(&node.bounds);
             let cost = f64::from(self.claims.collapse.traversal_cost) * share;
             self.stats.node_area += share;
             self.cost[0] += cost;
-            self.cost[1] += cost * (children.len() as f64 - 1.0);
-            self.add_area(level, &bounds);
+            self.cost[1] += cost * (node.children.len() as f64 - 1.0);
+            self.add_area(node.level, &node.bounds);
         }
-        Ok(bounds)
     }
 
     /// Whether child `slot` of a node holds the triangles of bounds `below`, those seen from `from` on.
@@ -380,17 +357,9 @@ impl<'a> Walk<'a> {
 
     /// The box of a leaf's triangles.
     fn leaf(&mut self, node: u32, first: u32, count: u32) -> Result<Box64, Invalid> {
-        let Collapse { max_leaf, triangle_cost, .. } = self.claims.collapse;
-        let triangles = self.tree.triangles.len() / TRIANGLE_WORDS as usize;
-        let (from, end) = (u64::from(first), u64::from(first) + u64::from(count));
-        if count > max_leaf {
-            return Err(Invalid::LeafSize { node, count, max_leaf });
-        }
-        if end > triangles as u64 {
-            return Err(Invalid::LeafRange { node, first: from, end, triangles });
-        }
+        let Collapse { triangle_cost, .. } = self.claims.collapse;
         let mut bounds = EMPTY;
-        for place in from..end {
+        for place in first..first + count {
             bounds = merged(&bounds, &self.triangle(node, place as usize)?);
         }
         let share = self.share(&bounds);
@@ -444,11 +413,6 @@ impl<'a> Walk<'a> {
         if let Some(first) = self.wanted.iter().position(|w| *w) {
             let missing = self.wanted.iter().filter(|w| **w).count();
             return Err(Invalid::TriangleMissing { missing, first });
-        }
-        let nodes = self.reached.len();
-        if let Some(first) = self.reached.iter().position(|r| !r) {
-            let unreached = self.reached.iter().filter(|r| !**r).count();
-            return Err(Invalid::Unreached { unreached, nodes, first });
         }
         let claimed = self.claims.sah;
         let [least, most] = self.cost;

@@ -5,6 +5,7 @@ mod answer;
 mod errors;
 mod page;
 mod plots;
+mod printed;
 
 pub use answer::{Against, Answer, Step, answers};
 pub use page::html;

@@ -1,7 +1,7 @@
 //! The page: what goes where. Text is escaped by the template, plots alone are markup already.
 
 use super::plots::{Bar, Lines, Plot, Series, bars, curves, points};
-use super::{Answer, Result, answers, errors};
+use super::{Answer, Result, answers, errors, printed};
 use crate::bench::{BuildRow, Key, PictureRow, Report, Results, Table, Views};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -126,6 +126,10 @@ fn run(results: &Results) -> Result<Run> {
                 report.volume_table(),
             ),
             titled("Rays, the views of each set together", report.ray_table()),
+            titled(
+                "Beside Table 6.1 of Veverkova24: each over the same scene's PLOC tree of axis-aligned boxes, and in brackets what is printed there, of another machine (CUDA, GTX 1070 Ti), other code, and, but for the dragon, other models of the same kinds and sizes",
+                printed::beside(report, &sets),
+            ),
             titled(
                 "Errors of judged hits: wrong ones of a million, those among them that rounding doesn't excuse, and of t, relative; views together, the worst of their errors of t",
                 report.error_table(),

@@ -4,6 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::open::FILES;
+use super::printable::in_line;
 
 /// Why a scene could not be opened.
 #[derive(Debug, thiserror::Error)]
@@ -27,7 +28,7 @@ pub enum SceneError {
         what: String,
     },
     /// A file that can't be opened or read.
-    #[error("can't read {}: {source}; {fix}", path.display())]
+    #[error("can't read {}: {source}; {fix}", in_line(path.display()))]
     Read {
         /// The file.
         path: PathBuf,
@@ -37,7 +38,7 @@ pub enum SceneError {
         fix: &'static str,
     },
     /// A file that is not what it should be.
-    #[error("{}: {place}: {what}; {fix}", path.display())]
+    #[error("{}: {}: {}; {fix}", in_line(path.display()), in_line(place), in_line(what))]
     Invalid {
         /// The file.
         path: PathBuf,
@@ -49,7 +50,7 @@ pub enum SceneError {
         fix: String,
     },
     /// A file or scene of no triangle.
-    #[error("{}: no triangle in it ({what}); give a file with faces", path.display())]
+    #[error("{}: no triangle in it ({}); give a file with faces", in_line(path.display()), in_line(what))]
     Empty {
         /// The file.
         path: PathBuf,
@@ -57,7 +58,7 @@ pub enum SceneError {
         what: String,
     },
     /// More than can be indexed or held.
-    #[error("{name}: {what}; give a smaller scene")]
+    #[error("{}: {what}; give a smaller scene", in_line(name))]
     TooLarge {
         /// Scene or file.
         name: String,
@@ -65,7 +66,7 @@ pub enum SceneError {
         what: String,
     },
     /// A scene from a registry that could not be had; [`SceneError::instead`] names one that can.
-    #[error("can't fetch {name}:\n{}\nuse a generated scene instead, such as {instead}", tried.iter().map(|t| format!("  {t}")).collect::<Vec<_>>().join("\n"))]
+    #[error("can't fetch {name}:\n{}\nuse a generated scene instead, such as {instead}", tried.iter().map(|t| format!("  {}", in_line(t))).collect::<Vec<_>>().join("\n"))]
     Fetch {
         /// The scene's name.
         name: String,
@@ -75,7 +76,7 @@ pub enum SceneError {
         instead: String,
     },
     /// A rotation, scale or translation that can't be done.
-    #[error("{name} {transform}: {what}; {fix}")]
+    #[error("{} {transform}: {what}; {fix}", in_line(name))]
     Transform {
         /// The scene.
         name: String,
@@ -87,7 +88,7 @@ pub enum SceneError {
         fix: &'static str,
     },
     /// The cache directory can't be used.
-    #[error("can't use the cache {}: {source}; set BOXWOOD_CACHE to a directory that can be written", path.display())]
+    #[error("can't use the cache {}: {source}; set BOXWOOD_CACHE to a directory that can be written", in_line(path.display()))]
     Cache {
         /// The directory or file.
         path: PathBuf,

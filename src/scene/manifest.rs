@@ -166,15 +166,8 @@ fn generator<'de, D: Deserializer<'de>>(from: D) -> Result<Generator, D::Error> 
 /// What is in `scenes/scenes.toml`.
 pub fn manifest() -> &'static Manifest {
     static MANIFEST: LazyLock<Manifest> = LazyLock::new(|| {
-        let parsed = toml::from_str(include_str!("../../scenes/scenes.toml"));
-        let mut manifest: Manifest =
-            parsed.unwrap_or_else(|e| panic!("scenes/scenes.toml, which is part of this program: {e}"));
-        for entry in &mut manifest.scenes {
-            if let (true, Source::Generated(generator)) = (entry.what.is_empty(), &entry.source) {
-                entry.what = generator.what().to_owned();
-            }
-        }
-        manifest
+        let parsed = Manifest::parse(include_str!("../../scenes/scenes.toml"));
+        parsed.unwrap_or_else(|e| panic!("scenes/scenes.toml, which is part of this program: {e}"))
     });
     &MANIFEST
 }
@@ -184,7 +177,44 @@ pub fn set(name: &str) -> Option<&'static [String]> {
     manifest().sets.get(name).map(Vec::as_slice)
 }
 
+/// A manifest that can't be used.
+#[derive(Debug, thiserror::Error)]
+pub enum ManifestError {
+    /// It is no TOML, or says what no manifest has.
+    #[error(transparent)]
+    Toml(#[from] Box<toml::de::Error>),
+    /// Views of a scene that isn't there, or that has none of its own either.
+    #[error("the scene {name:?} takes the views of {of:?}, which has none of its own")]
+    Views {
+        /// The scene.
+        name: String,
+        /// Whose views it takes.
+        of: String,
+    },
+}
+
 impl Manifest {
+    /// That of a TOML text like `scenes/scenes.toml`.
+    ///
+    /// # Errors
+    /// [`ManifestError`], with the line or the scene.
+    pub fn parse(text: &str) -> Result<Self, ManifestError> {
+        let mut manifest: Self = toml::from_str(text).map_err(Box::new)?;
+        for entry in &mut manifest.scenes {
+            if let (true, Source::Generated(generator)) = (entry.what.is_empty(), &entry.source) {
+                entry.what = generator.what().to_owned();
+            }
+        }
+        for entry in &manifest.scenes {
+            if let Views::Of(of) = &entry.views
+                && !manifest.entry(of).is_some_and(|other| matches!(other.views, Views::Own(_)))
+            {
+                return Err(ManifestError::Views { name: entry.name.clone(), of: of.clone() });
+            }
+        }
+        Ok(manifest)
+    }
+
     /// The scene called `name`, without a count.
     pub fn entry(&self, name: &str) -> Option<&Entry> {
         self.scenes.iter().find(|s| s.name == name)

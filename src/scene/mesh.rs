@@ -7,7 +7,7 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
-use super::{MAX_TRIANGLES, Progress, Scene, SceneError, Warning};
+use super::{MAX_TRIANGLES, Progress, Scene, SceneError, Warning, memory};
 
 /// Bytes read between two steps of the bar.
 const CHUNK: usize = 4 << 20;
@@ -26,10 +26,9 @@ pub(super) fn read(path: &Path, progress: Progress) -> Result<Vec<u8>, SceneErro
     let mut file = File::open(path).map_err(|e| fail(e, "check its permissions"))?;
     let mut bytes = Vec::new();
     let size = usize::try_from(meta.len()).unwrap_or(usize::MAX);
-    bytes.try_reserve_exact(size).map_err(|_| SceneError::TooLarge {
-        name: path.display().to_string(),
-        what: format!("its {size} bytes don't fit in memory"),
-    })?;
+    let too_large = |what| SceneError::TooLarge { name: path.display().to_string(), what };
+    memory::must_hold(meta.len()).map_err(|why| too_large(format!("its contents {why}")))?;
+    bytes.try_reserve_exact(size).map_err(|_| too_large(format!("its {size} bytes don't fit in memory")))?;
     let bar = progress.bytes(format!("reading {}", path.display()), meta.len());
     loop {
         let got = (&mut file)

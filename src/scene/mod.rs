@@ -5,12 +5,14 @@ mod error;
 mod fetch;
 mod gltf;
 mod manifest;
+mod memory;
 mod mesh;
 mod mtl;
 mod obj;
 mod open;
 mod packed;
 mod ply;
+mod printable;
 mod procedural;
 mod progress;
 mod siblings;
@@ -22,17 +24,22 @@ pub mod write;
 
 pub use camera::Camera;
 pub use error::SceneError;
-pub use fetch::cache_folder;
-pub use manifest::{Entry, Fetched, Manifest, Registry, Source, manifest, set};
-pub use open::{FILES, Options, fetch, is_cached, names, open};
+pub use fetch::{Archive, cache_folder, mesh_in};
+pub use manifest::{Entry, Fetched, Manifest, ManifestError, Registry, Source, manifest, set};
+pub use open::{FILES, Options, fetch, is_cached, names, open, parse, triangles_of};
+pub use printable::printable;
 pub use procedural::Generator;
 pub use progress::Progress;
+pub use siblings::Siblings;
 pub use transform::Transform;
 
 use crate::abi::Aabb;
 
 /// The most triangles of a scene: an index and its corners' indices fit 32 bits with room to spare.
 pub const MAX_TRIANGLES: u64 = 1 << 30;
+
+/// Triangles whose corners are hashed at once.
+const HASHED: usize = 4096;
 
 /// A triangle mesh in input order. Triangles that can't be hit stay in it, so that indices keep their meaning.
 #[derive(Debug, Clone, Default)]
@@ -86,6 +93,19 @@ impl Scene {
     pub fn corners(&self, i: usize) -> [[f32; 3]; 3] {
         let settled = |x: f32| if x.abs() < f32::MIN_POSITIVE { 0f32.copysign(x) } else { x };
         self.triangles[i].map(|v| self.positions[v as usize].map(settled))
+    }
+
+    /// BLAKE3 of all corners in input order, in hexadecimal: the same for scenes whose trees are the same.
+    pub fn corners_hash(&self) -> String {
+        let mut hasher = blake3::Hasher::new();
+        let mut words = Vec::with_capacity(9 * HASHED);
+        for from in (0..self.triangles.len()).step_by(HASHED) {
+            words.clear();
+            let to = self.triangles.len().min(from + HASHED);
+            words.extend((from..to).flat_map(|t| self.corners(t)).flatten().map(|x| x.to_bits().to_le()));
+            hasher.update(bytemuck::cast_slice(&words));
+        }
+        hasher.finalize().to_hex().to_string()
     }
 
     /// The scene's own first view, or else a three-quarter view of its bounds.

@@ -3,6 +3,7 @@
 
 use std::collections::HashMap;
 
+use super::printable::in_line;
 use super::siblings::Siblings;
 use super::{Materials, Progress, Warning};
 
@@ -63,7 +64,8 @@ impl Paint {
                         missing
                             .get_or_insert_with(|| Warning {
                                 what: format!(
-                                    "material files that can't be read, so that faces lack colours ({what})"
+                                    "material files that can't be read, so that faces lack colours ({})",
+                                    in_line(what)
                                 ),
                                 count: 0,
                                 first: format!("line {line}"),

@@ -22,6 +22,14 @@ pub fn names() -> Vec<String> {
     manifest().scenes.iter().map(Entry::spec).collect()
 }
 
+/// About how many triangles `spec` will have, where it is the name of a scene and says so.
+pub fn triangles_of(spec: &str) -> Option<usize> {
+    let (name, count) = spec.split_once(':').map_or((spec, None), |(name, count)| (name, Some(count)));
+    let entry = manifest().entry(name)?;
+    let count = count.map_or(Some(entry.triangles), |text| triangle_count(spec, name, text).ok());
+    count.and_then(|n| usize::try_from(n).ok())
+}
+
 /// The files that [`open`] reads, in words.
 pub const FILES: &str = "a .glb, .gltf, .obj, .ply, .stl or .tri file, plain or packed as .gz or .zst";
 
@@ -44,7 +52,8 @@ pub fn open(spec: &str, options: &Options) -> Result<Scene, SceneError> {
         }
         (Some(entry), Some(Source::Fetched(mesh))) if count.is_none() => {
             let (path, bytes) = fetch::get(Wanted { name: head, mesh }, options)?;
-            let scene = Scene { name: spec.to_owned(), ..fetched(&path, &bytes, options.progress)? };
+            let scene = parse(&path, &bytes, Siblings::None, options.progress)?;
+            let scene = Scene { name: spec.to_owned(), ..scene };
             let views = entry.views(&scene);
             (scene, views)
         }
@@ -80,14 +89,6 @@ pub fn is_cached(entry: &Entry, options: &Options) -> bool {
     }
 }
 
-/// Reads the fetched file `path`; beside meshes there is a terrain.
-fn fetched(path: &Path, bytes: &[u8], progress: Progress) -> Result<Scene, SceneError> {
-    match path.extension().and_then(|e| e.to_str()) {
-        Some("npz") => terrain::parse(path, bytes),
-        _ => parse(path, bytes, Siblings::None, progress),
-    }
-}
-
 fn triangle_count(spec: &str, name: &str, text: &str) -> Result<u64, SceneError> {
     let bad = |what: String| SceneError::BadSize { spec: spec.to_owned(), name: name.to_owned(), what };
     let (digits, unit) = match text.strip_suffix(['k', 'K']) {
@@ -107,7 +108,7 @@ fn triangle_count(spec: &str, name: &str, text: &str) -> Result<u64, SceneError>
 
 fn file(spec: &str, progress: Progress) -> Result<Scene, SceneError> {
     let path = Path::new(spec);
-    if format(path).is_none() {
+    if matches!(format(path), None | Some(Format::Npz)) {
         if path.is_dir() {
             mesh::read(path, progress)?; // says that it is a directory
         }
@@ -123,6 +124,8 @@ fn unknown(spec: &str) -> SceneError {
 #[derive(Clone, Copy)]
 enum Format {
     Gltf,
+    /// Of terrains that are fetched alone: no mesh file.
+    Npz,
     Obj,
     Ply,
     Stl,
@@ -132,6 +135,7 @@ enum Format {
 fn format(path: &Path) -> Option<Format> {
     match packed::inside(path).extension()?.to_str()?.to_ascii_lowercase().as_str() {
         "glb" | "gltf" => Some(Format::Gltf),
+        "npz" => Some(Format::Npz),
         "obj" => Some(Format::Obj),
         "ply" => Some(Format::Ply),
         "stl" => Some(Format::Stl),
@@ -140,12 +144,22 @@ fn format(path: &Path) -> Option<Format> {
     }
 }
 
-/// Reads the mesh file `path`, whose contents are `bytes`, packed or not.
-fn parse(path: &Path, bytes: &[u8], siblings: Siblings<'_>, progress: Progress) -> Result<Scene, SceneError> {
+/// Reads `bytes`, what is in the file called `path`: a mesh file, see [`FILES`], or the `.npz` of a fetched terrain.
+/// Nothing but `siblings` is looked for on disk. It has no views.
+///
+/// # Errors
+/// [`SceneError`]: names the file and the place in it.
+pub fn parse(
+    path: &Path,
+    bytes: &[u8],
+    siblings: Siblings<'_>,
+    progress: Progress,
+) -> Result<Scene, SceneError> {
     let Some(format) = format(path) else { return Err(unknown(&path.display().to_string())) };
     let bytes = &packed::unpack(path, bytes, progress)?;
     match format {
         Format::Gltf => gltf::parse(path, bytes, siblings, progress),
+        Format::Npz => terrain::parse(path, bytes),
         Format::Obj => obj::parse(path, bytes, siblings, progress),
         Format::Ply => ply::parse(path, bytes, progress),
         Format::Stl => stl::parse(path, bytes, progress),
@@ -156,6 +170,15 @@ fn parse(path: &Path, bytes: &[u8], siblings: Siblings<'_>, progress: Progress) 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn names_tell_triangles() {
+        assert_eq!(triangles_of("sphere:2k"), Some(2000));
+        assert_eq!(triangles_of("dragon"), Some(871_414));
+        for none in ["sphere:0", "sphere:x", "a.obj", "nonesuch", "nonesuch:9"] {
+            assert_eq!(triangles_of(none), None, "{none}");
+        }
+    }
 
     #[test]
     fn counts() {

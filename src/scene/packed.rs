@@ -10,7 +10,7 @@ use flate2::bufread::MultiGzDecoder;
 use ruzstd::decoding::errors::{FrameDecoderError, ReadFrameHeaderError};
 use ruzstd::decoding::{BlockDecodingStrategy, FrameDecoder};
 
-use super::{MAX_TRIANGLES, Progress, SceneError};
+use super::{MAX_TRIANGLES, Progress, SceneError, memory};
 
 /// Unpacked bytes between two steps of the bar.
 const CHUNK: usize = 1 << 20;
@@ -18,6 +18,8 @@ const CHUNK: usize = 1 << 20;
 const RATIO: u64 = 256;
 /// Unpacked bytes that are always allowed.
 const FREE: u64 = 256 << 20;
+/// Bytes that a Zstandard frame may look back, as `zstd --ultra -22` and `--long` have it: room is made for them at once.
+const WINDOW: u64 = 128 << 20;
 /// Bytes of a triangle in the widest of the usual formats: ASCII STL.
 const WIDEST: u64 = 256;
 
@@ -43,6 +45,11 @@ pub(super) fn inside(path: &Path) -> Cow<'_, Path> {
     split(path).map_or(Cow::Borrowed(path), |(inside, _)| Cow::Owned(inside))
 }
 
+/// Bytes that a file of so many packed ones may unpack to.
+pub(super) fn most_of(packed: u64) -> u64 {
+    packed.saturating_mul(RATIO).clamp(FREE, MAX_TRIANGLES * WIDEST)
+}
+
 /// What is in the file `path` whose bytes are `bytes`: those bytes, or what they unpack to.
 ///
 /// # Errors
@@ -52,8 +59,19 @@ pub(super) fn unpack<'b>(
     bytes: &'b [u8],
     progress: Progress,
 ) -> Result<Cow<'b, [u8]>, SceneError> {
+    // The other half is for the scene that is made of it.
+    unpack_within(path, bytes, progress, memory::free() / 2)
+}
+
+/// The same, where `room` bytes of memory may be taken.
+pub(super) fn unpack_within<'b>(
+    path: &Path,
+    bytes: &'b [u8],
+    progress: Progress,
+    room: u64,
+) -> Result<Cow<'b, [u8]>, SceneError> {
     let Some((_, packing)) = split(path) else { return Ok(Cow::Borrowed(bytes)) };
-    let limit = (bytes.len() as u64).saturating_mul(RATIO).clamp(FREE, MAX_TRIANGLES * WIDEST);
+    let limit = most_of(bytes.len() as u64);
     let bar = progress.bytes(format!("unpacking {}", path.display()), bytes.len() as u64);
     let mut stream = match packing {
         Packing::Gzip => Stream::Gzip(MultiGzDecoder::new(bytes)),
@@ -76,6 +94,10 @@ pub(super) fn unpack<'b>(
             let what = format!("its {} bytes unpack to over {limit}, which no mesh does", bytes.len());
             let fix = "if it is a mesh all the same, unpack it by hand and give the plain file";
             return Err(SceneError::invalid(path, format!("byte {at} of {}", bytes.len()), what, fix));
+        }
+        if out.len() as u64 > room {
+            let what = format!("what it unpacks to, over {room} bytes, is more than half of the free memory");
+            return Err(SceneError::TooLarge { name: path.display().to_string(), what });
         }
         if got == 0 {
             bar.finish_and_clear();
@@ -131,7 +153,9 @@ struct Frames<'b> {
 
 impl<'b> Frames<'b> {
     fn new(bytes: &'b [u8]) -> Self {
-        Self { rest: bytes, decoder: FrameDecoder::new(), given: None }
+        let mut decoder = FrameDecoder::new();
+        decoder.set_max_window_size(WINDOW);
+        Self { rest: bytes, decoder, given: None }
     }
 
     /// Starts on the next frame that isn't to be skipped. False: there is none.

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::time::Duration;
 
+use super::printable::in_line;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// Whether work that takes a while shows bars.
@@ -29,7 +30,7 @@ impl Progress {
         template: &str,
         message: impl Into<Cow<'static, str>>,
     ) -> ProgressBar {
-        let bar = ProgressBar::with_draw_target(length, self.target()).with_message(message);
+        let bar = ProgressBar::with_draw_target(length, self.target()).with_message(in_line(message.into()));
         match ProgressStyle::with_template(template) {
             Ok(style) => bar.with_style(style),
             Err(_) => bar,

@@ -7,9 +7,11 @@ use super::{Progress, mesh};
 
 /// Where a mesh file's siblings are looked for.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Siblings<'a> {
+pub enum Siblings<'a> {
     /// In the folder of this file, and below.
     Of(&'a Path),
+    /// In memory: by their names, as the mesh file writes them.
+    Given(&'a [(&'a str, &'a [u8])]),
     /// Nowhere: the file was fetched by itself.
     None,
 }
@@ -20,8 +22,13 @@ impl Siblings<'_> {
     /// # Errors
     /// What keeps it from being read, in words.
     pub(super) fn read(self, name: &str, progress: Progress) -> Result<Vec<u8>, String> {
-        let Self::Of(path) = self else {
-            return Err("the mesh was fetched without the files beside it".into());
+        let path = match self {
+            Self::Of(path) => path,
+            Self::Given(files) => {
+                let found = files.iter().find(|(given, _)| *given == name);
+                return found.map(|(_, bytes)| bytes.to_vec()).ok_or_else(|| "it was not given".into());
+            }
+            Self::None => return Err("the mesh was fetched without the files beside it".into()),
         };
         let inward = |c: Component<'_>| matches!(c, Component::Normal(_) | Component::CurDir);
         if !Path::new(name).components().all(inward) {

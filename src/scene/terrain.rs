@@ -14,7 +14,11 @@ use super::{Scene, SceneError, mesh};
 /// Metres of a degree of latitude: mean radius of the Earth (IUGG), 6371.0088 km, times π/180.
 const DEGREE: f64 = 111_195.079_7;
 /// Rows and columns at most: the sample has 344 × 403.
-const LARGEST: u64 = 1 << 14;
+const LARGEST: u64 = 1 << 12;
+/// Bytes of an array's header at most: NumPy's have 128.
+const HEADER: u64 = 1 << 10;
+/// Brackets in it at most: one shape in one dictionary has 4.
+const BRACKETS: usize = 16;
 
 /// Reads the archive: `elevation` in metres, rows from the north; `dx`, `dy` of a cell and `ymin`, `ymax`, degrees.
 ///
@@ -24,13 +28,13 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Scene, SceneError> {
     let damaged = |place: &str, what: String| SceneError::invalid(path, place, what, "get it again");
     let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|e| damaged("archive", e.to_string()))?;
     let mut number = |name: &str| -> Result<f64, SceneError> {
-        let (values, _) = array::<f64>(&mut archive, name).map_err(|what| damaged(name, what))?;
+        let (values, _) = array::<f64>(&mut archive, name, 1).map_err(|what| damaged(name, what))?;
         let number = values.first().copied().filter(|x| x.is_finite());
         number.ok_or_else(|| damaged(name, "it is no finite number".to_owned()))
     };
     let (dx, dy, south, north) = (number("dx")?, number("dy")?, number("ymin")?, number("ymax")?);
-    let (heights, shape) =
-        array::<i16>(&mut archive, "elevation").map_err(|what| damaged("elevation", what))?;
+    let (heights, shape) = array::<i16>(&mut archive, "elevation", LARGEST * LARGEST)
+        .map_err(|what| damaged("elevation", what))?;
     let [rows, columns] = shape[..] else {
         return Err(damaged("elevation", format!("an array of {} axes instead of 2", shape.len())));
     };
@@ -39,18 +43,45 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Scene, SceneError> {
     mesh::scene(path, positions, triangles, Vec::new())
 }
 
-/// The array `name`, row by row, and its shape.
+/// The array `name` of at most so many numbers, row by row, and its shape.
 fn array<T: Deserialize>(
     archive: &mut ZipArchive<Cursor<&[u8]>>,
     name: &str,
+    most: u64,
 ) -> Result<(Vec<T>, Vec<u64>), String> {
     let member = archive.by_name(&format!("{name}.npy")).map_err(|e| e.to_string())?;
-    let file = NpyFile::new(member.take(8 * LARGEST * LARGEST)).map_err(|e| e.to_string())?;
+    let mut bytes = vec![];
+    member.take(HEADER + most * size_of::<T>() as u64).read_to_end(&mut bytes).map_err(|e| e.to_string())?;
+    must_be_plain(&bytes)?;
+    let file = NpyFile::new(&bytes[..]).map_err(|e| e.to_string())?;
     let shape = file.shape().to_vec();
-    if file.order() != npyz::Order::C || shape.iter().any(|n| !(1..=LARGEST).contains(n)) {
+    let count = shape.iter().try_fold(1, |count: u64, n| count.checked_mul(*n));
+    let small = count.is_some_and(|n| n <= most) && shape.iter().all(|n| (1..=LARGEST).contains(n));
+    if file.order() != npyz::Order::C || !small {
         return Err(format!("an array of shape {shape:?}, which no terrain has"));
     }
     Ok((file.into_vec().map_err(|e| e.to_string())?, shape))
+}
+
+/// Refuses what the crate would make room for, descend into or multiply as the file likes: a header of any length,
+/// brackets in brackets, axes.
+fn must_be_plain(npy: &[u8]) -> Result<(), String> {
+    // Six bytes of magic, the version, and the header's length: of two bytes, from version 2 on of four.
+    let start = if npy.get(6).is_some_and(|version| *version < 2) { 10 } else { 12 };
+    let length = npy.get(8..start).ok_or("it is cut short")?;
+    let length = length.iter().rev().fold(0, |length, byte| length << 8 | u64::from(*byte));
+    let header = usize::try_from(length).ok().and_then(|n| npy[start..].get(..n));
+    let header = header.filter(|_| length <= HEADER).ok_or(format!("a header of {length} bytes"))?;
+    let brackets = header.iter().filter(|b| b"([{".contains(b)).count();
+    if brackets > BRACKETS {
+        return Err(format!("a header with {brackets} brackets"));
+    }
+    // Of the axes' product it takes the last 64 bits.
+    let words = header.split(|b| !b.is_ascii_alphanumeric() && *b != b'_');
+    let numbers = words.filter(|w| w.first().is_some_and(u8::is_ascii_digit));
+    let number = |word| str::from_utf8(word).ok()?.parse::<u64>().ok();
+    let product = numbers.map(number).try_fold(1, |product: u64, n| product.checked_mul(n?.max(1)));
+    product.map(drop).ok_or_else(|| "an array of a shape which no terrain has".to_owned())
 }
 
 /// Two triangles a cell, anticlockwise from above.
@@ -126,8 +157,21 @@ mod tests {
         says(&flat, "elevation");
         flat[0].1 = npy("<i2", "(1, 6)", &[0; 12]);
         says(&flat, "no triangle");
-        flat[0].1 = npy("<i2", "(100000, 100000)", &[]);
-        says(&flat, "which no terrain has");
+        // More than there is room for, or than fits 64 bits.
+        for shape in ["(4097, 2)", "(100000, 100000)", "(4096, 4096, 4096, 4096, 4096, 4096)", "(2, 0)"] {
+            flat[0].1 = npy("<i2", shape, &[0; 64]);
+            says(&flat, "which no terrain has");
+        }
+        flat[0].1 = npy("<i2", "(4096, 4096)", &[0; 64]);
+        says(&flat, "elevation");
+        // A header of 4 GiB, and one that goes deep.
+        flat[0].1 = [b"\x93NUMPY\x02\x00", &[0xff; 4][..], &[b' '; 300]].concat();
+        says(&flat, "a header of 4294967295 bytes");
+        flat[0].1 = npy("<i2", &"(".repeat(900), &[]);
+        says(&flat, "brackets");
+        let mut many = hill();
+        many[1].1 = npy("<f8", "(4000,)", &[0; 32_000]);
+        says(&many, "which no terrain has");
         let whole = archive(&hill());
         for end in 0..whole.len() {
             assert!(parse(Path::new("a.npz"), &whole[..end]).is_err(), "{end} bytes");

@@ -7,6 +7,7 @@ use super::siblings::Siblings;
 use super::{Options, Progress, Scene, SceneError, open};
 
 mod gltf;
+mod hostile;
 mod mtl;
 mod packed;
 mod soup;

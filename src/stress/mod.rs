@@ -2,12 +2,13 @@
 //!
 //! [`CASES`] are the scenes, [`SETS`] the rays; [`run()`] goes through scenes × builders × precisions × queries × walks and
 //! says what failed; [`smallest`] makes the least case of a failure and writes it down as files that `boxwood query`
-//! takes.
+//! takes. [`closed`] sends many rays from within closed meshes, of which none may get out.
 //!
 //! A case fails where a tree is not sound, where a robust hit is wrong that rounding doesn't excuse, where robust hits
 //! differ between two trees or walks in any bit, where a record could be no answer at all, whatever the precision, and
 //! where a ray of nonsense hits. A tree too deep for any stack is refused, which is no failure.
 
+pub mod closed;
 mod judge;
 mod plan;
 mod random;

@@ -296,7 +296,7 @@ fn record(rec: &mut Recorder, bvh: &Bvh, batch: &Batch, options: Options) -> Res
         hits: batch.hits.ptr_mut(),
         tests: batch.tests.as_ref().map_or(PtrMut::new(0), Buffer::ptr_mut),
         steps: batch.steps.as_ref().map_or(PtrMut::new(0), Buffer::ptr_mut),
-        next: batch.next.ptr_shared(),
+        next: batch.next.ptr_mut(),
         order,
         count,
         root: bvh.root,

@@ -3,12 +3,15 @@
 //! each device makes the same bits, for kernels only add and multiply.
 
 mod aimed;
+mod file;
 mod sampler;
 mod secondary;
 mod shadow;
 
 pub use aimed::Aimed;
+pub use file::{RayFileError, parse};
 pub use sampler::Sampler;
+pub(crate) use sampler::mixed;
 pub use secondary::{AO_SHARE, MOST_SAMPLES, SAMPLES, SECONDARY_BATCH, Secondary, SecondaryKind, secondary};
 pub use shadow::Light;
 

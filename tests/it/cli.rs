@@ -31,7 +31,8 @@ impl Folder {
         fs::write(self.path(name), bytes).unwrap();
     }
 
-    fn names(&self) -> Vec<String> {
+    /// What is in it.
+    pub fn names(&self) -> Vec<String> {
         let mut names: Vec<String> = fs::read_dir(self.0.path())
             .unwrap()
             .map(|e| e.unwrap().file_name().into_string().unwrap())

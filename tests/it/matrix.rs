@@ -47,7 +47,8 @@ pub fn build(device: &Arc<Device>, scene: &Scene, recipe: &Recipe) -> (Built, St
     bvh::stages(device, &SceneBuffers::upload(device, scene).unwrap(), recipe).unwrap()
 }
 
-fn first_difference<T: bytemuck::NoUninit + std::fmt::Debug>(what: &str, device: &[T], twin: &[T]) {
+/// Fails at the first element whose bits differ.
+pub fn first_difference<T: bytemuck::NoUninit + std::fmt::Debug>(what: &str, device: &[T], twin: &[T]) {
     assert_eq!(device.len(), twin.len(), "{what}: counts differ");
     if let Some(i) = device.iter().zip(twin).position(|(a, b)| bytes_of(a) != bytes_of(b)) {
         panic!("{what} {i} differs: device {:?}, twin {:?}", device[i], twin[i]);

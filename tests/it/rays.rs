@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::gpu::{gpu, quiet, quiet_on};
-use crate::matrix::gpu_shaped;
+use crate::matrix::{gpu_shaped, narrow};
 use boxwood::abi::{Hit, Ray};
 use boxwood::bvh::{Bvh, Recipe, SceneBuffers, build};
 use boxwood::device::{Device, Timing};
@@ -19,21 +19,26 @@ fn generated(spec: &str) -> Scene {
     scene::open(spec, &scene::Options { progress: Progress::Quiet, cache: None }).unwrap()
 }
 
-struct Stage {
-    scene: Scene,
+/// A scene, its tree, and rays that look at it.
+pub struct Stage {
+    pub scene: Scene,
     buffers: SceneBuffers,
-    bvh: Bvh,
+    pub bvh: Bvh,
 }
 
 impl Stage {
-    fn new(device: &Arc<Device>, scene: Scene) -> Self {
+    pub fn new(device: &Arc<Device>, scene: Scene) -> Self {
+        Self::by(device, scene, &Recipe::default())
+    }
+
+    pub fn by(device: &Arc<Device>, scene: Scene, recipe: &Recipe) -> Self {
         let buffers = SceneBuffers::upload(device, &scene).unwrap();
-        let bvh = build(device, &buffers, &Recipe::default(), Timing::Off).unwrap().bvh;
+        let bvh = build(device, &buffers, recipe, Timing::Off).unwrap().bvh;
         Self { scene, buffers, bvh }
     }
 
     /// Primary rays, traced.
-    fn look(&self, device: &Arc<Device>, view: &View) -> Batch {
+    pub fn look(&self, device: &Arc<Device>, view: &View) -> Batch {
         let mut batch = Batch::new(device, view.pixels(), false).unwrap();
         primary(device, view, &mut batch, Timing::Off).unwrap();
         trace(device, &self.bvh, &batch, Options::default(), Timing::Off).unwrap();
@@ -41,7 +46,13 @@ impl Stage {
     }
 
     /// All secondary rays, in batches of `capacity`; each batch must take at least a primary.
-    fn spawn(&self, device: &Arc<Device>, primaries: &Batch, kind: &Secondary, capacity: usize) -> Vec<Ray> {
+    pub fn spawn(
+        &self,
+        device: &Arc<Device>,
+        primaries: &Batch,
+        kind: &Secondary,
+        capacity: usize,
+    ) -> Vec<Ray> {
         let mut out = Batch::new(device, capacity, false).unwrap();
         let (mut start, mut rays) = (0, vec![]);
         while start < primaries.count {
@@ -56,7 +67,7 @@ impl Stage {
         rays
     }
 
-    fn hits(&self, device: &Arc<Device>, rays: &[Ray]) -> Vec<Hit> {
+    pub fn hits(&self, device: &Arc<Device>, rays: &[Ray]) -> Vec<Hit> {
         let mut batch = Batch::new(device, rays.len(), false).unwrap();
         batch.set(rays).unwrap();
         trace(device, &self.bvh, &batch, Options { query: Query::Any, ..Options::default() }, Timing::Off)
@@ -299,7 +310,6 @@ fn octahedron(centre: Vec3, size: Vec3) -> Scene {
 
 #[test]
 fn convex_bodies_do_not_shade_themselves() {
-    let device = quiet();
     let far = Vec3::new(1000.0, -300.0, 77.0);
     let cases = [
         (Vec3::ZERO, Vec3::ONE),
@@ -308,7 +318,8 @@ fn convex_bodies_do_not_shade_themselves() {
         (far, Vec3::new(50.0, 2.0, 0.01)),
         (far * 1e4, Vec3::splat(1e6)),
     ];
-    for (centre, size) in cases {
+    for (device, (centre, size)) in [gpu, narrow].into_iter().flat_map(|d| cases.map(|case| (d, case))) {
+        let device = quiet_on(device);
         let stage = Stage::new(&device, octahedron(centre, size));
         let primaries = stage.look(&device, &View { camera: stage.scene.view(), width: 120, height: 90 });
         let rays = stage.spawn(&device, &primaries, &Secondary::diffuse(), 1 << 20);

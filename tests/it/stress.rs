@@ -13,6 +13,7 @@ use boxwood::trace::{Batch, Options, Precision, Query, Walk};
 use serde_json::Value;
 use std::fs;
 use std::sync::Arc;
+use std::time::Duration;
 
 fn plan(builders: &[&str]) -> Plan {
     let methods = builders.iter().map(|name| Method::named(name).unwrap()).collect();
@@ -101,7 +102,14 @@ fn what_is_broken_is_found_made_small_and_saved() {
             .iter()
             .find(|f| (f.kind, f.options.precision, f.options.query) == wanted)
             .unwrap_or_else(|| panic!("{name}: {:?}", row.failures));
-        let small = smallest(&device, answer, &plan, row, failure, Budget::default());
+        let small = smallest(
+            &device,
+            answer,
+            &plan,
+            row,
+            failure,
+            Budget { time: Duration::from_secs(60), ..Budget::default() },
+        );
         assert_eq!(small.again, Again::Failed, "{name}: {}", small.what);
         // An odd number is the second of two at least.
         assert_eq!(small.rays.len(), 1, "{name}");

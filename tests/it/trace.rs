@@ -16,7 +16,7 @@ use boxwood::scene::Scene;
 use boxwood::trace::{Batch, Boxes, Options, Precision, Query, RayOrder, Walk, trace};
 use std::sync::Arc;
 
-const CLOSEST: Options = Options {
+pub const CLOSEST: Options = Options {
     query: Query::Closest,
     precision: Precision::Robust,
     walk: Walk::Single,
@@ -27,7 +27,7 @@ const ANY: Options = Options { query: Query::Any, ..CLOSEST };
 const REFILL: Options = Options { walk: Walk::Refill, ..CLOSEST };
 
 /// A tree on the device and read back.
-struct Traced<'a> {
+pub struct Traced<'a> {
     device: &'a Arc<Device>,
     bvh: Bvh,
     tree: HostTree,
@@ -35,7 +35,7 @@ struct Traced<'a> {
 }
 
 impl<'a> Traced<'a> {
-    fn new(device: &'a Arc<Device>, scene: &Scene, recipe: &Recipe) -> Self {
+    pub fn new(device: &'a Arc<Device>, scene: &Scene, recipe: &Recipe) -> Self {
         let buffers = SceneBuffers::upload(device, scene).unwrap();
         let bvh = bvh::build(device, &buffers, recipe, Timing::Off).unwrap().bvh;
         let Bvh { exponent, anchor, reach, .. } = bvh;
@@ -47,7 +47,7 @@ impl<'a> Traced<'a> {
         Tree { tree: &self.tree, space: &self.space, wide: self.device.is_wide() }
     }
 
-    fn hits(&self, rays: &[Ray], options: Options) -> Vec<Hit> {
+    pub fn hits(&self, rays: &[Ray], options: Options) -> Vec<Hit> {
         let mut batch = Batch::new(self.device, rays.len(), false).unwrap();
         batch.set(rays).unwrap();
         trace(self.device, &self.bvh, &batch, options, Timing::Off).unwrap();
@@ -62,7 +62,7 @@ impl<'a> Traced<'a> {
     }
 
     /// All kernels agree with each other and, in t, triangle, u and v, with the twin. Returns the nearest hits.
-    fn assert_twin(&self, what: &str, rays: &[Ray]) -> Vec<Hit> {
+    pub fn assert_twin(&self, what: &str, rays: &[Ray]) -> Vec<Hit> {
         let hits = self.hits(rays, CLOSEST);
         let twin: Vec<Hit> = rays.iter().map(|r| self.twin().closest(r).0).collect();
         assert_same_hits(&format!("{what}: device and twin"), rays, &hits, &twin);
@@ -79,11 +79,11 @@ impl<'a> Traced<'a> {
     }
 }
 
-fn bits(hit: &Hit) -> [u32; 4] {
+pub fn bits(hit: &Hit) -> [u32; 4] {
     [hit.t.to_bits(), hit.triangle, hit.u.to_bits(), hit.v.to_bits()]
 }
 
-fn assert_same_hits(what: &str, rays: &[Ray], a: &[Hit], b: &[Hit]) {
+pub fn assert_same_hits(what: &str, rays: &[Ray], a: &[Hit], b: &[Hit]) {
     assert_eq!(a.len(), b.len(), "{what}");
     let different: Vec<usize> = (0..a.len()).filter(|&i| bits(&a[i]) != bits(&b[i])).collect();
     if let Some(&i) = different.first() {

@@ -99,7 +99,7 @@ abi! {
         /// One a round.
         state: Ptr<PlocState>,
         /// The tree.
-        nodes: PtrShared<RawNode>,
+        nodes: PtrMut<RawNode>,
         /// One a node.
         cuts: PtrShared<RawCut>,
         /// One.
@@ -248,7 +248,7 @@ abi! {
         cuts: PtrMut<RawCut>,
         /// Two a node, left and right: what has arrived there.
         climbers: PtrShared<Climber>,
-        /// One a node: 1 once the first has arrived; all 0 before.
+        /// One a node: sides that have arrived; all 0 before.
         arrived: PtrShared<u32>,
         /// One.
         root: PtrMut<RawRoot>,

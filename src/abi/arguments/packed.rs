@@ -16,7 +16,7 @@ abi! {
         /// First triangle below each of them, in the order of the tree read left to right; the root's is 0.
         firsts: PtrMut<u32>,
         /// One a round: the next one, all 0 before, is written.
-        state: PtrShared<Expansion>,
+        state: PtrMut<Expansion>,
         /// This round.
         round: u32,
     }

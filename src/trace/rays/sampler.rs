@@ -45,7 +45,7 @@ fn halton(index: u32) -> Pair {
 }
 
 /// The output function of SplitMix64 (Steele14).
-pub(super) fn mixed(z: u64) -> u64 {
+pub(crate) fn mixed(z: u64) -> u64 {
     let z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
     z ^ z >> 31

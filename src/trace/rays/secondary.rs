@@ -93,8 +93,8 @@ impl Secondary {
 /// no light is before any. There is room for `samples` rays a hit, though shadow rays may be fewer: of the lights behind
 /// its triangle, as the primary saw it, a hit has none.
 ///
-/// Rays start at the hit point, lifted by 2⁻¹⁸ of the triangle's largest coordinate to the side that the primary came
-/// from (see `glsl/rays/surface.glsl` for the bound), with t from 0 to `length`.
+/// Rays start at the hit point, lifted by a bound on what this point's rounding, and tracing from it, may do (derived in
+/// `glsl/rays/surface.glsl`), to the side that the primary came from, with t from 0 to `length`.
 ///
 /// # Errors
 /// Too many samples for `out` or for [`MOST_SAMPLES`]; not enough device memory; a failed Vulkan call.

@@ -1,0 +1,292 @@
+//! How far t, u and v of a hit may be from those of exact arithmetic, at worst: forward bounds on what rounding does in
+//! `glsl/lib/hit.glsl`, for either test and for devices with and without 64-bit floats. After \[HIGHAM02\], sections 2.2,
+//! 3.1 and 3.5.
+//!
+//! Exact t, u and v are those of the point where the ray's line meets the triangle's plane ([`crossing`]), from the f32
+//! that the ray and the corners are. The scales of unit space and of the direction are powers of two and round nothing.
+//! The bounds hold as long as nothing underflows: no coordinate, no component of the direction and no distance but 0
+//! is less than 2⁻¹²⁶ of the scene's size, or 2⁻⁶² where products count. Of devices they ask what Vulkan asks: sums and
+//! products are rounded correctly, divisions within 2½ ulp, f64 ones correctly; 1 / 1 is 1.
+//!
+//! # Notation
+//! u = 2⁻²⁴ and ū = 2⁻⁵³, the greatest relative error of an f32 and an f64 operation; o, d the ray's origin and direction,
+//! z its largest component's axis; a, b, c the corners less o; D = d·((b−a)×(c−a)); w_a, w_b, w_c = d·(c×b), d·(a×c),
+//! d·(b×a), the weights, of sum D up to sign; |·| of vectors by component, x ⊗ y a cross product of absolute values: sums
+//! in place of differences. Terms of second order are covered by a factor 1 + 2⁻¹⁸, for no chain has 32 roundings.
+//!
+//! # The robust test
+//! t = Σ w z / (D d_z) and u = w_b / D are means by weights. With weights off by δ_a, δ_b, δ_c, which add up to δ at most,
+//! and z that of the hit, as Σ w (z_i − z) = 0,
+//!
+//! - t is off by Σ δ_i |z_i − z| / (|D| − δ) / |d_z|: by a share of the triangle's own depth along the ray, however far the
+//!   ray came;
+//! - u is off by (|1 − u| δ_b + |u| (δ_a + δ_c)) / (|D| − δ), v likewise. Where δ ≥ |D| there is no bound.
+//!
+//! To that come the roundings of the means. Of all weights the signs are alike, so the sums that make D are exact but
+//! for 2 roundings, and sums of w z are off by as much of the largest |z_i|.
+//!
+//! **With doubles** a weight is d·(x×e), x a corner less o, e an edge: seven roundings of its six products, so
+//! δ ≤ 8 ū |d|·(|x|⊗|e|): it grows with the distance, not with its square, for e is short. A weight that is less than
+//! 2⁻⁴⁰ of these products is summed exactly and rounded twice. So besides δ ≤ 2⁻¹⁰ |w|: whatever the triangle, u and v
+//! are off by 2⁻¹¹ at most and t by 2⁻¹⁰ of the triangle's depth; and signs are those of exact arithmetic. The means add
+//! 4 ū |z_i| and 4 ū |t|, and 3 ū u; rounding to f32 adds u |t| and u · u. For triangles that aren't seen edge-on or
+//! extremely thin, u |t| is all that is left.
+//!
+//! **Without** the sheared corners are p = a_xy − s a_z, s = d_xy / d_z. The differences from o are rounded (1 u), s is off
+//! by 5 u, its product by 1 u, and the difference by 1 u: π = u |a_xy| + 7 u |s a_z| + u |p| in each axis. A product p_x q_y
+//! is off by π_x |q_y| + |p_x| π_y + π_x π_y and rounded, and so is a weight, their difference, that divided by d_z is one of
+//! those above. Depths are rounded (1 u), their products (1 u) and sums (2 u): 4 u of the largest |z_i|; then 1 / d_z
+//! (5 u), its product (1 u), 1 / D (5 u) and D (2 u) and the last product (1 u): 14 u |t|, and 8 u of u and v.
+//!
+//! # The fast test
+//! With f = o − a, e₁ and e₂ the edges, h = d × e₂ and q = f × e₁: D = e₁·h, D u = f·h, D v = d·q, D t = e₂·q. Differences
+//! are rounded (1 u each), products (1 u), components of h and q (1 u), products with them (1 u), two sums (2 u). So D, D u
+//! and D v are off by 7 u of |e₁|·(|d|⊗|e₂|), |f|·(|d|⊗|e₂|), |d|·(|f|⊗|e₁|), and D t by 8 u |e₂|·(|f|⊗|e₁|). A quotient of x,
+//! off by ξ, and D, off by δ, is off by (ξ + |x / D| δ) / (|D| − δ); 1 / D and its product add 6 u. Contracted or reordered
+//! the sums are no worse. The far origin enters: t of a small triangle is off by a share of the distance, divided by the
+//! sine of the angle and by the triangle's slenderness.
+
+use super::exact::{Difference, V3, exact, triple};
+use crate::abi::Ray;
+use crate::trace::Precision;
+
+/// u.
+const SINGLE: f64 = 1.0 / (1u32 << 24) as f64;
+/// ū.
+const DOUBLE: f64 = 1.0 / (1u64 << 53) as f64;
+/// For what is of second order.
+const SLACK: f64 = 1.0 + 1.0 / (1u32 << 18) as f64;
+/// Share that doubles keep of a weight: 2⁻¹⁰, and what of it is of second order.
+const KEPT: f64 = 1.002 / 1024.0;
+/// Smallest normal f32: what is less may become 0.
+const LEAST: f64 = f32::MIN_POSITIVE as f64;
+
+/// Greatest differences, of a hit from the exact one; infinite where nothing is known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bound {
+    /// Of t, in lengths of the direction as t is.
+    pub t: f64,
+    /// Of the weight of the second corner.
+    pub u: f64,
+    /// Of the weight of the third.
+    pub v: f64,
+}
+
+/// Where a line meets a plane, to a relative 2⁻⁴⁹.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Crossing {
+    /// Ray parameter; negative behind the origin.
+    pub t: f64,
+    /// Weight of the second corner; not between 0 and 1 outside the triangle.
+    pub u: f64,
+    /// Weight of the third.
+    pub v: f64,
+}
+
+/// The line of `ray` and the plane of `corners`, all finite, by exact sums; none where they are parallel.
+pub fn crossing(ray: &Ray, corners: [[f32; 3]; 3]) -> Option<Crossing> {
+    let [o, d] = [ray.origin, ray.direction].map(|v| v.map(f64::from));
+    let [a, b, c] = corners.map(|v| v.map(f64::from));
+    let line = Difference::vector(d);
+    let [to_a, ab, ac] = [Difference::new(o, a), Difference::new(a, b), Difference::new(a, c)];
+    let det = exact(&line, &ab, &ac);
+    let share = |x: &Difference, y: &Difference, z: &Difference| exact(x, y, z) / det;
+    (det != 0.0).then(|| Crossing {
+        t: share(&to_a, &ab, &ac),
+        u: share(&line, &ac, &to_a),
+        v: share(&line, &to_a, &ab),
+    })
+}
+
+/// Bounds for the hit of `ray` on the triangle `corners` that `precision`'s test reports on a device with 64-bit floats
+/// (`wide`) or without. The module derives them. All coordinates must be finite.
+pub fn bound(ray: &Ray, corners: [[f32; 3]; 3], precision: Precision, wide: bool) -> Bound {
+    let unknown = Bound { t: f64::INFINITY, u: f64::INFINITY, v: f64::INFINITY };
+    let Some(hit) = crossing(ray, corners) else { return unknown };
+    let view = View::new(ray, corners);
+    let bound = match (precision, wide) {
+        (Precision::Robust, true) => view.mean(&hit, view.double_weights(), DOUBLE_MEAN),
+        (Precision::Robust, false) => view.mean(&hit, view.single_weights(), SINGLE_MEAN),
+        (Precision::Fast, _) => view.quotients(&hit),
+    };
+    bound.map_or(unknown, |b| Bound {
+        t: b.t * SLACK + f64::from(f32::from_bits(1)),
+        u: b.u * SLACK + LEAST,
+        v: b.v * SLACK + LEAST,
+    })
+}
+
+/// Roundings of a mean, all relative.
+struct Mean {
+    /// Of t: to the largest depth of a corner, over d_z.
+    depth: f64,
+    /// To t itself.
+    t: f64,
+    /// To u and v.
+    weight: f64,
+}
+
+const DOUBLE_MEAN: Mean =
+    Mean { depth: 4.0 * DOUBLE, t: SINGLE + 4.0 * DOUBLE, weight: SINGLE + 3.0 * DOUBLE };
+const SINGLE_MEAN: Mean = Mean { depth: 4.0 * SINGLE, t: 14.0 * SINGLE, weight: 8.0 * SINGLE };
+
+/// A triangle as a ray sees it: in the order of the ray's axes, the corners less the origin.
+struct View {
+    d: V3,
+    corners: [V3; 3],
+    edges: [V3; 3],
+    det: f64,
+    /// Of the corners.
+    weights: [f64; 3],
+}
+
+fn size(x: V3) -> V3 {
+    x.map(f64::abs)
+}
+
+/// x ⊗ y.
+fn outer(x: V3, y: V3) -> V3 {
+    let [x, y] = [size(x), size(y)];
+    [x[1] * y[2] + x[2] * y[1], x[2] * y[0] + x[0] * y[2], x[0] * y[1] + x[1] * y[0]]
+}
+
+fn inner(x: V3, y: V3) -> f64 {
+    let [x, y] = [size(x), size(y)];
+    x[0] * y[0] + x[1] * y[1] + x[2] * y[2]
+}
+
+impl View {
+    fn new(ray: &Ray, corners: [[f32; 3]; 3]) -> Self {
+        let size = ray.direction.map(f32::abs);
+        let axes = if size[2] >= size[0] && size[2] >= size[1] {
+            [0, 1, 2]
+        } else if size[1] >= size[0] {
+            [2, 0, 1]
+        } else {
+            [1, 2, 0]
+        };
+        let turned = |v: [f32; 3]| axes.map(|k| f64::from(v[k]));
+        let (o, d) = (turned(ray.origin), turned(ray.direction));
+        let [a, b, c] = corners.map(turned);
+        let line = Difference::vector(d);
+        let weight = |p: V3, q: V3| triple(&line, &Difference::new(o, p), &Difference::new(o, q));
+        let less = |p: V3, q: V3| std::array::from_fn(|k| p[k] - q[k]);
+        Self {
+            d,
+            corners: [a, b, c].map(|p| less(p, o)),
+            edges: [less(b, c), less(c, a), less(a, b)],
+            det: triple(&line, &Difference::new(a, b), &Difference::new(a, c)),
+            weights: [weight(c, b), weight(a, c), weight(b, a)],
+        }
+    }
+
+    /// δ of the weights, in doubles: of each a corner and the edge from it.
+    fn double_weights(&self) -> [f64; 3] {
+        std::array::from_fn(|k| {
+            let corner = self.corners[[2, 0, 1][k]];
+            let rounded = 8.0 * DOUBLE * inner(self.d, outer(corner, self.edges[k]));
+            let weight = self.weights[k].abs();
+            rounded.min(KEPT * weight) + 4.0 * DOUBLE * weight
+        })
+    }
+
+    /// δ of the weights, in f32: of sheared corners.
+    fn single_weights(&self) -> [f64; 3] {
+        let shear = [self.d[0] / self.d[2], self.d[1] / self.d[2]];
+        let sheared = self.corners.map(|p| [0, 1].map(|k| p[k] - shear[k] * p[2]));
+        let off: [[f64; 2]; 3] = std::array::from_fn(|i| {
+            let p = self.corners[i];
+            [0, 1].map(|k| SINGLE * (p[k].abs() + 7.0 * (shear[k] * p[2]).abs() + sheared[i][k].abs()))
+        });
+        // Of one corner's x times another's y: the product, and by how much it is off.
+        let product = |i: usize, j: usize| {
+            let ([x, y], [dx, dy]) = ([sheared[i][0].abs(), sheared[j][1].abs()], [off[i][0], off[j][1]]);
+            let moved = dx * y + x * dy + dx * dy;
+            moved + SINGLE * (x * y + moved)
+        };
+        std::array::from_fn(|k| {
+            let (i, j) = [(2, 1), (0, 2), (1, 0)][k];
+            let moved = product(i, j) + product(j, i);
+            self.d[2].abs() * (moved + SINGLE * moved) + SINGLE * self.weights[k].abs()
+        })
+    }
+
+    /// Of means by weights that are off by `off`.
+    fn mean(&self, hit: &Crossing, off: [f64; 3], rounding: Mean) -> Option<Bound> {
+        let depth = |k: usize| self.corners[k][2];
+        let all: f64 = off.iter().sum();
+        let least = self.det.abs() * (1.0 - 4.0 * SINGLE * SINGLE) - all;
+        let z = hit.t * self.d[2];
+        let largest = (0..3).map(|k| depth(k).abs()).fold(0.0, f64::max);
+        // Depths and z are of doubles here too.
+        let spread: f64 = (0..3).map(|k| off[k] * ((depth(k) - z).abs() + 4.0 * DOUBLE * largest)).sum();
+        let weight = |w: f64, own: f64| {
+            ((1.0 - w).abs() * own + w.abs() * (all - own)) / least + rounding.weight * w.abs()
+        };
+        (least > 0.0).then(|| Bound {
+            t: (spread / least + rounding.depth * largest) / self.d[2].abs() + rounding.t * hit.t.abs(),
+            u: weight(hit.u, off[1]),
+            v: weight(hit.v, off[2]),
+        })
+    }
+
+    /// Of the fast test.
+    fn quotients(&self, hit: &Crossing) -> Option<Bound> {
+        let (from, e1, e2) = (self.corners[0], self.edges[2], self.edges[1]);
+        let (h, q) = (outer(self.d, e2), outer(from, e1));
+        let det_off = 7.0 * SINGLE * inner(e1, h);
+        let least = self.det.abs() - det_off;
+        let quotient = |x: f64, off: f64| (off + x.abs() * det_off) / least + 6.0 * SINGLE * x.abs();
+        (least > 0.0).then(|| Bound {
+            t: quotient(hit.t, 8.0 * SINGLE * inner(e2, q)),
+            u: quotient(hit.u, 7.0 * SINGLE * inner(from, h)),
+            v: quotient(hit.v, 7.0 * SINGLE * inner(self.d, q)),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const UNIT: [[f32; 3]; 3] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+
+    fn down(from: f32) -> Ray {
+        let direction = [0.0, 0.0, -1.0];
+        Ray { origin: [0.25, 0.5, from], t_min: 0.0, direction, t_max: f32::INFINITY }
+    }
+
+    #[test]
+    fn a_face_seen_from_the_front_has_the_rounding_of_one_number() {
+        let hit = crossing(&down(3.0), UNIT).unwrap();
+        assert_eq!(hit, Crossing { t: 3.0, u: 0.25, v: 0.5 });
+        let bound = bound(&down(3.0), UNIT, Precision::Robust, true);
+        assert!(bound.t > 3.0 * SINGLE && bound.t < 3.001 * SINGLE, "{bound:?}");
+        assert!(bound.u > 0.25 * SINGLE && bound.u < 0.251 * SINGLE, "{bound:?}");
+    }
+
+    /// Tilted, so that no product is 0.
+    const TILTED: [[f32; 3]; 3] = [[0.0, 0.0, 0.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]];
+
+    #[test]
+    fn with_doubles_the_distance_does_not_count() {
+        let from = |s: f32| Ray { origin: [0.3 + 0.5 * s, 0.3 + 0.25 * s, 0.5 + s], ..down(0.0) };
+        let of = |s: f32, precision, wide| {
+            bound(&Ray { direction: [-0.5, -0.25, -1.0], ..from(s) }, TILTED, precision, wide).v
+        };
+        let grown = |precision, wide| of(65536.0, precision, wide) / of(8.0, precision, wide);
+        assert!((grown(Precision::Robust, true) - 1.0).abs() < 0.1);
+        assert!(grown(Precision::Robust, false) > 100.0 && grown(Precision::Fast, true) > 100.0);
+    }
+
+    #[test]
+    fn no_bound_edge_on() {
+        let along = Ray { direction: [1.0, 0.0, 0.0], ..down(0.0) };
+        assert_eq!(crossing(&along, UNIT), None);
+        assert_eq!(bound(&along, UNIT, Precision::Robust, true).t, f64::INFINITY);
+        // From a point of the face, off its plane by so little that f32's determinant may be 0; doubles know.
+        let nearly = Ray { direction: [1.0, 0.0, 1.0f32.next_up()], ..down(0.75) };
+        assert_eq!(bound(&nearly, TILTED, Precision::Fast, true).u, f64::INFINITY);
+        assert!(bound(&nearly, TILTED, Precision::Robust, true).u < 1e-3);
+    }
+}
