@@ -331,7 +331,7 @@ impl Tree<'_> {
         let tests = self.walk(nodes, &s, &mut nearest, |place, _| {
             occluded |= self.meet(&s, self.triangle(place).0).is_some_and(|m| {
                 let t = m.depth * (1.0 / m.det);
-                t >= s.t_min && t <= s.t_max
+                t >= s.t_min && t <= s.t_max.min(f32::MAX)
             });
             occluded
         });
