@@ -146,7 +146,8 @@ bool meet_triangle(Setup s, PackedTriangle triangle, inout Nearest nearest) {
     if (!met) return false;
     precise float over = 1.0 / m.det;
     precise float t = m.depth * over;
-    if (!(t >= s.t_min && t <= nearest.t)) return false;
+    // Of a determinant too small for its reciprocal t would be infinite, and no number of u and v.
+    if (!(t >= s.t_min && t <= min(nearest.t, 3.4028235e38))) return false;
     if (ANY != 0) {
         nearest.triangle = 0;
         return true;

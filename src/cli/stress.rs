@@ -115,13 +115,7 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
         Step::Trying(case, setting, options) => watch.expect(tried(case, setting, options)),
         Step::Done(row) => {
             progress.inc(1);
-            for failure in &row.failures {
-                let Row { case, .. } = row;
-                let what = failure.what.lines().next().unwrap_or_default();
-                progress.suspend(|| {
-                    global.remark(format_args!("{}: {}: {what}", case.title(), failure.setting.name()))
-                });
-            }
+            progress.suspend(|| global.remark(fared(row)));
         }
     });
     progress.finish_and_clear();
@@ -147,6 +141,17 @@ fn fail_on(summary: &Summary, args: &Args) -> Result<()> {
         0 => Ok(()),
         n => bail!("{n} of {} scenes failed; what was saved is in {}", summary.scenes, args.out.display()),
     }
+}
+
+/// How a scene fared, in a line or two.
+fn fared(row: &Row) -> String {
+    let (scene, outcome) = (row.case.title(), row.outcome().name());
+    let mut said = format!("{scene}: {outcome}, {}, {:.1} s", counted(row.cases, "case"), row.seconds);
+    for failure in &row.failures {
+        let what = failure.what.lines().next().unwrap_or_default();
+        said += &format!("\n  {}, {}: {what}", failure.setting.name(), failure.options.precision.name());
+    }
+    said
 }
 
 /// What goes on, in words.

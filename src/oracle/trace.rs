@@ -306,7 +306,7 @@ impl Tree<'_> {
             let Some(m) = self.meet(&s, corners) else { return false };
             let over = 1.0 / m.det;
             let t = m.depth * over;
-            if t >= s.t_min && t <= nearest.t && (t != nearest.t || index < nearest.triangle) {
+            if t >= s.t_min && t <= nearest.t.min(f32::MAX) && (t != nearest.t || index < nearest.triangle) {
                 *nearest = Nearest { t, triangle: index, uv: m.uv.map(|w| w * over) };
             }
             false
@@ -331,7 +331,7 @@ impl Tree<'_> {
         let tests = self.walk(nodes, &s, &mut nearest, |place, _| {
             occluded |= self.meet(&s, self.triangle(place).0).is_some_and(|m| {
                 let t = m.depth * (1.0 / m.det);
-                t >= s.t_min && t <= s.t_max
+                t >= s.t_min && t <= s.t_max.min(f32::MAX)
             });
             occluded
         });

@@ -24,7 +24,7 @@ pub use plan::{Plan, Setting, chosen};
 pub use rays::{NONSENSE, RaySet, SETS};
 pub use results::{Failure, Kind, Outcome, Row, Summary};
 pub use run::{Answer, Step, run, traced};
-pub use scenes::{CASES, Case};
+pub use scenes::{CASES, Case, Load};
 
 /// How much is tried.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]

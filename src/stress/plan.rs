@@ -1,7 +1,7 @@
 //! What is tried: which scenes, trees over them, and rays through these.
 
 use super::judge::Segment;
-use super::{Case, Effort, RaySet, SETS};
+use super::{Case, Effort, Load, RaySet, SETS};
 use crate::abi::Ray;
 use crate::bvh::{Bvh, Collapse, Method, Morton, Recipe};
 use crate::oracle::reference::Reference;
@@ -77,7 +77,7 @@ pub(super) fn rays_of(case: &Case, reference: &Reference, plan: &Plan) -> (Vec<R
     for set in SETS {
         let RaySet { name, .. } = *set;
         let first = rays.len();
-        rays.extend(set.rays(reference, plan.rays.min(case.most_rays), plan.seed));
+        rays.extend(set.rays(reference, plan.rays.min(case.load.most_rays(plan.effort)), plan.seed));
         segments.push(Segment { name, range: first..rays.len() });
     }
     (rays, segments)
@@ -97,11 +97,15 @@ pub(super) fn settings(case: &Case, plan: &Plan) -> Vec<Setting> {
 }
 
 /// How rays are traced through `bvh`.
-pub(super) fn traces(plan: &Plan, bvh: &Bvh) -> Vec<Options> {
+pub(super) fn traces(case: &Case, plan: &Plan, bvh: &Bvh) -> Vec<Options> {
     let mut all = vec![];
     for &precision in &plan.precisions {
         let plain = Options { precision, ..Options::default() };
         let any = Options { query: Query::Any, ..plain };
+        if case.load == Load::Full {
+            all.extend([plain, any]);
+            continue;
+        }
         let walks = |options: Options, walks: &[Walk]| {
             walks.iter().map(move |&walk| Options { walk, ..options }).collect::<Vec<_>>()
         };

@@ -119,7 +119,7 @@ fn try_settings(row: &mut Row, arena: &Arena, settings: &[Setting], plan: &Plan,
         if trace::stack_entries(&bvh) > trace::MAX_STACK {
             row.refusals += 1;
         }
-        for options in traces(plan, &bvh) {
+        for options in traces(row.case, plan, &bvh) {
             row.cases += 1;
             told(Step::Trying(row.case, &setting, Some(&options)));
             let hits = match arena.hits(&bvh, options) {

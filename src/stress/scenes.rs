@@ -8,6 +8,28 @@ use crate::scene::Scene;
 use glam::{DMat3, DVec3};
 use std::f64::consts::FRAC_PI_4;
 
+/// How much a ray of a scene may meet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Load {
+    /// Little, as in most scenes.
+    Light,
+    /// Hundreds of nodes: fewer rays.
+    Deep,
+    /// Every triangle there is: two rays of a set at most, of a million triangles one, and no walk but one.
+    Full,
+}
+
+impl Load {
+    /// Rays of a set at most.
+    pub(super) fn most_rays(self, effort: Effort) -> usize {
+        match self {
+            Self::Light => usize::MAX,
+            Self::Deep => 24,
+            Self::Full => effort.pick(2, 1),
+        }
+    }
+}
+
 /// A scene that is hard in one way.
 #[derive(Debug, Clone, Copy)]
 pub struct Case {
@@ -17,8 +39,8 @@ pub struct Case {
     pub name: &'static str,
     /// What is hard about it.
     pub why: &'static str,
-    /// Rays of a set at most: few where each meets very many triangles.
-    pub most_rays: usize,
+    /// How much a ray may meet.
+    pub load: Load,
     make: fn(&mut Random, Effort) -> Vec<Corners>,
 }
 
@@ -28,7 +50,7 @@ const fn case(
     why: &'static str,
     make: fn(&mut Random, Effort) -> Vec<Corners>,
 ) -> Case {
-    Case { family, name, why, most_rays: usize::MAX, make }
+    Case { family, name, why, load: Load::Light, make }
 }
 
 use Family::{Coordinates, Depth, Morton as Codes, Triangles};
@@ -48,7 +70,10 @@ pub const CASES: &[Case] = &[
     case(Triangles, "slivers", "a closed ball pressed to a millionth", |_, e| {
         moved(&ball(e.pick(12, 24)), |p| p * DVec3::new(1.0, 1.0, 1e-6))
     }),
-    Case { most_rays: 2, ..case(Triangles, "alike", "one triangle, ten thousand or a million times", alike) },
+    Case {
+        load: Load::Full,
+        ..case(Triangles, "alike", "one triangle, ten thousand or a million times", alike)
+    },
     case(Triangles, "opposite", "each triangle twice, the second wound the other way", |r, e| {
         let one = soup(r, e.pick(300, 1500), 0.3);
         one.iter().flat_map(|&[a, b, c]| [[a, b, c], [a, c, b]]).collect()
@@ -127,15 +152,15 @@ pub const CASES: &[Case] = &[
     }),
     case(Depth, "code-chain", "each triangle parts at one more bit of its code", code_chain),
     Case {
-        most_rays: 24,
+        load: Load::Deep,
         ..case(Depth, "nested", "each around all before it: a chain as long as the scene", |_, e| {
-            nested(e.pick(1500, 3500), 1.001)
+            nested(e.pick(700, 2300), 1.001)
         })
     },
     Case {
-        most_rays: 24,
+        load: Load::Deep,
         ..case(Depth, "too-deep", "a chain longer than any stack: refused, and said so", |_, _| {
-            nested(6000, 1.001)
+            nested(4400, 1.001)
         })
     },
 ];
@@ -157,8 +182,8 @@ impl Case {
         let usual = Recipe::default().collapse.max_leaf;
         match (self.family, effort) {
             (Codes, _) => Morton::ALL.map(|morton| (morton, usual)).to_vec(),
-            (Depth, _) => [usual, 1].map(|leaf| (Morton::Auto, leaf)).to_vec(),
-            (_, Effort::Whole) if self.most_rays == usize::MAX => {
+            (Depth, Effort::Whole) => [usual, 1].map(|leaf| (Morton::Auto, leaf)).to_vec(),
+            (_, Effort::Whole) if self.load == Load::Light => {
                 vec![(Morton::Auto, usual), (Morton::Auto, 1), (Morton::Ext4, 64)]
             }
             _ => vec![(Morton::Auto, usual)],

@@ -94,22 +94,26 @@ impl Hunt<'_> {
 
 /// `items` without those that `fails` does without; at least one stays.
 fn reduced<T: Clone>(mut items: Vec<T>, mut fails: impl FnMut(&[T]) -> bool) -> Vec<T> {
-    let mut chunk = items.len() / 2;
-    while chunk > 0 && items.len() > 1 {
-        let (before, mut at) = (items.len(), 0);
-        while at < items.len() && items.len() > 1 {
-            let end = (at + chunk).min(items.len());
-            let rest = [&items[..at], &items[end..]].concat();
-            if !rest.is_empty() && fails(&rest) {
-                items = rest;
-            } else {
-                at = end;
+    // Again as long as some go: what one held, another may have let go of.
+    loop {
+        let (before, mut chunk) = (items.len(), items.len() / 2);
+        while chunk > 0 {
+            let mut at = 0;
+            while at < items.len() {
+                let end = (at + chunk).min(items.len());
+                let rest = [&items[..at], &items[end..]].concat();
+                if !rest.is_empty() && fails(&rest) {
+                    items = rest;
+                } else {
+                    at = end;
+                }
             }
+            chunk /= 2;
         }
-        // Singles again as long as some go: what one hid, another may have let go of.
-        chunk = if chunk > 1 { chunk / 2 } else { usize::from(items.len() < before) };
+        if items.len() == before {
+            return items;
+        }
     }
-    items
 }
 
 /// The least case of `failure`, which `row` has.

@@ -29,10 +29,10 @@ fn rows(device: &Arc<Device>, scenes: &[&str], plan: &Plan, answer: Answer) -> V
 #[test]
 fn some_of_the_catalogue() {
     let device = quiet();
-    let scenes = ["/none", "/one", "/zero-area", "/fan-edge", "/scaled-1e-30", "/flat-yz", "/halves"];
-    for row in rows(&device, &scenes, &plan(&["ploc", "lbvh", "dito14", "auto"]), &traced) {
+    let scenes = ["/none", "/one", "/zero-area", "/scaled-1e-30", "/halves"];
+    for row in rows(&device, &scenes, &plan(&["ploc", "lbvh", "auto"]), &traced) {
         assert_eq!(row.outcome(), Outcome::Pass, "{}: {:?}", row.case.title(), row.failures);
-        assert!(row.cases >= 4 * 8 && row.rays >= row.cases * SETS.len(), "{}", row.case.title());
+        assert!(row.cases >= 3 * 8 && row.rays >= row.cases * SETS.len(), "{}", row.case.title());
     }
 }
 
@@ -42,9 +42,9 @@ fn a_tree_too_deep_is_refused() {
     let row = &rows(&device, &["/too-deep"], &plan(&["ploc", "lbvh"]), &traced)[0];
     assert_eq!(row.outcome(), Outcome::Refused, "{:?}", row.failures);
     let said = row.refused.as_deref().unwrap();
-    assert!(said.contains("entries of a ray's stack: 6000 exceeds this device's limit of 4096"), "{said}");
+    assert!(said.contains("entries of a ray's stack: 4400 exceeds this device's limit of 4096"), "{said}");
     // The radix tree is as deep as its codes at most, and answers.
-    assert!(row.refusals < 4 && row.rays > 0, "{row:?}");
+    assert!(row.refusals == 1 && row.rays > 0, "{row:?}");
     // What is traced in spite of it is no answer.
     let careless = |_: &Arc<Device>, _: &Bvh, batch: &Batch, _: Options| batch.hits.read();
     let row = &rows(&device, &["/too-deep"], &plan(&["ploc"]), &careless)[0];
@@ -111,9 +111,9 @@ fn what_is_broken_is_found_made_small_and_saved() {
             Budget { time: Duration::from_secs(60), ..Budget::default() },
         );
         assert_eq!(small.again, Again::Failed, "{name}: {}", small.what);
-        // An odd number is the second of two at least, and leaving one out makes it even.
+        // An odd number is the second of two at least.
         assert_eq!(small.rays.len(), 1, "{name}");
-        assert!(small.scene.triangles.len() <= 4, "{name}: {} triangles", small.scene.triangles.len());
+        assert!(small.scene.triangles.len() <= 2, "{name}: {} triangles", small.scene.triangles.len());
 
         let folder = Folder::new();
         let saved = save(&folder.path("."), &device, &plan, row, failure, &small).unwrap();
