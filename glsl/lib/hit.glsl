@@ -125,8 +125,7 @@ bool meet_fast(Setup s, PackedTriangle t, out Meeting m) {
     float u = dot(from, h) * sign_of;
     vec3 q = cross(from, e1);
     float v = dot(direction, q) * sign_of;
-    // Of a det below the normal numbers 1 / det is no number, nor are t and the weights.
-    if (abs(det) < 1.1754944e-38 || u < 0.0 || v < 0.0 || u + v > abs(det)) return false;
+    if (det == 0.0 || u < 0.0 || v < 0.0 || u + v > abs(det)) return false;
     m = Meeting(dot(e2, q) * sign_of, abs(det), vec2(u, v));
     return true;
 }
