@@ -5,7 +5,10 @@
 use std::io::Cursor;
 use std::path::Path;
 
+use boxwood::abi::{Aabb, INVALID, Ray};
 use boxwood::bench::{Presets, Report, Results, compare};
+use boxwood::oracle::{morton::Space, trace::Tree};
+use boxwood::saved::{Header, Parsed};
 use boxwood::scene::{
     Archive, Fetched, Manifest, Materials, Progress, Registry, Scene, SceneError, Siblings, mesh_in, parse,
     printable,
@@ -15,7 +18,7 @@ use boxwood::scene::{
 pub type Target = (&'static str, fn(&[u8]));
 
 /// Every one there is: `fuzz/fuzz_targets/NAME.rs`, `fuzz/corpus/NAME`.
-pub const TARGETS: [Target; 16] = [
+pub const TARGETS: [Target; 17] = [
     ("obj", obj),
     ("mtl", mtl),
     ("ply", ply),
@@ -32,6 +35,7 @@ pub const TARGETS: [Target; 16] = [
     ("scenes", scenes),
     ("presets", presets),
     ("rows", rows),
+    ("saved", saved),
 ];
 
 /// Most bytes of an input: larger ones find nothing more, and are slow.
@@ -159,6 +163,29 @@ pub fn rows(bytes: &[u8]) {
     let joined = Results::joined(vec![results, again]);
     assert_eq!(joined.len(), 1);
     boxwood::report::html(&joined).expect("a page is written");
+}
+
+/// A saved tree: as it is, and with the checksum that who forges one would give it. Rays go through any that is taken.
+pub fn saved(bytes: &[u8]) {
+    if let Err(fault) = boxwood::saved::parse(bytes) {
+        message(&fault.to_string());
+    }
+    let Some(all) = bytes.len().checked_sub(blake3::OUT_LEN) else { return };
+    let forged = [&bytes[..all], blake3::hash(&bytes[..all]).as_bytes()].concat();
+    let Parsed { tree, header, .. } = match boxwood::saved::parse(&forged) {
+        Ok(parsed) => parsed,
+        Err(fault) => return message(&fault.to_string()),
+    };
+    let Header { exponent, anchor, reach, bounds: Aabb { lo, hi }, .. } = header;
+    let space = Space { exponent, scale: 2f32.powi(exponent), anchor, reach };
+    let twin = Tree { tree: &tree, space: &space, wide: true };
+    for (origin, direction) in [(lo, [1.0, 0.5, 0.25]), (hi, [0.0, -1.0, 0.0]), ([0.0; 3], [-1.0, 1.0, 1.0])] {
+        let ray = Ray { origin, t_min: 0.0, direction, t_max: f32::INFINITY };
+        let (hit, tests) = twin.closest(&ray);
+        assert!(hit.triangle == INVALID || u64::from(hit.triangle) < header.scene_triangles(), "{hit:?}");
+        assert!(u64::from(tests.triangles) <= header.triangles, "{tests:?}");
+        assert!(tests.boxes.div_ceil(4) + tests.oriented.div_ceil(4) <= header.nodes as u32, "{tests:?}");
+    }
 }
 
 fn mesh(name: &str, bytes: &[u8]) {
