@@ -179,7 +179,8 @@ pub fn saved(bytes: &[u8]) {
     let Header { exponent, anchor, reach, bounds: Aabb { lo, hi }, .. } = header;
     let space = Space { exponent, scale: 2f32.powi(exponent), anchor, reach };
     let twin = Tree { tree: &tree, space: &space, wide: true };
-    for (origin, direction) in [(lo, [1.0, 0.5, 0.25]), (hi, [0.0, -1.0, 0.0]), ([0.0; 3], [-1.0, 1.0, 1.0])] {
+    for (origin, direction) in [(lo, [1.0, 0.5, 0.25]), (hi, [0.0, -1.0, 0.0]), ([0.0; 3], [-1.0, 1.0, 1.0])]
+    {
         let ray = Ray { origin, t_min: 0.0, direction, t_max: f32::INFINITY };
         let (hit, tests) = twin.closest(&ray);
         assert!(hit.triangle == INVALID || u64::from(hit.triangle) < header.scene_triangles(), "{hit:?}");

@@ -2,6 +2,8 @@
 
 use crate::bvh::structure;
 use crate::device::DeviceError;
+use crate::scene::in_line;
+use std::fmt::Display;
 use std::io;
 use std::path::PathBuf;
 
@@ -90,8 +92,9 @@ pub enum Fault {
 }
 
 impl Fault {
-    pub(super) fn invalid(place: impl Into<String>, what: impl Into<String>) -> Self {
-        Self::Invalid { place: place.into(), what: what.into() }
+    /// `what` may be the file's own words.
+    pub(super) fn invalid(place: impl Into<String>, what: impl Display) -> Self {
+        Self::Invalid { place: place.into(), what: in_line(what) }
     }
 }
 

@@ -6,7 +6,7 @@ use crate::abi::{Node, TRIANGLE_WORDS};
 use crate::bvh::structure::{self, Shape};
 use crate::bvh::{Bvh, HostTree, leaf_bits};
 use crate::device::{Buffer, Device};
-use crate::scene::Scene;
+use crate::scene::{Scene, in_line};
 use rayon::slice::ParallelSliceMut;
 use std::fs::File;
 use std::io::Read;
@@ -38,10 +38,8 @@ impl Loaded {
             return Ok(());
         }
         let said = |name: &str, triangles: u64, hash: &str| {
-            format!(
-                "{name:?} of {triangles} triangles, corners {}…",
-                hash.chars().take(12).collect::<String>()
-            )
+            let hash = hash.chars().take(12).collect::<String>();
+            in_line(format_args!("{name:?} of {triangles} triangles, corners {hash}…"))
         };
         let triangles = u64::from(self.bvh.triangle_count) + u64::from(self.bvh.left_out);
         Err(Fault::OtherScene {
@@ -227,8 +225,8 @@ impl<R: Read> Stream<R> {
 
         header.check()?;
         let origin: Origin = serde_json::from_slice(&text)
-            .map_err(|e| Fault::invalid(format!("text, at byte {text_at}"), e.to_string()))?;
-        origin.recipe.check().map_err(|e| Fault::invalid("text, recipe", e.to_string()))?;
+            .map_err(|e| Fault::invalid(format!("text, at byte {text_at}"), e))?;
+        origin.recipe.check().map_err(|e| Fault::invalid("text, recipe", e))?;
         let max_leaf = origin.recipe.collapse.max_leaf;
         if header.leaf_bits != leaf_bits(max_leaf) {
             let what = format!("{} for leaves of up to {max_leaf}", header.leaf_bits);

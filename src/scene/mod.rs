@@ -27,6 +27,7 @@ pub use error::SceneError;
 pub use fetch::{Archive, cache_folder, mesh_in};
 pub use manifest::{Entry, Fetched, Manifest, ManifestError, Registry, Source, manifest, set};
 pub use open::{FILES, Options, fetch, is_cached, names, open, parse, triangles_of};
+pub(crate) use printable::in_line;
 pub use printable::printable;
 pub use procedural::Generator;
 pub use progress::Progress;

@@ -27,7 +27,7 @@ pub fn printable(text: &str) -> Cow<'_, str> {
 }
 
 /// `words` as a part of a line, not longer than people read.
-pub(super) fn in_line(words: impl Display) -> String {
+pub(crate) fn in_line(words: impl Display) -> String {
     let mut line = Line { text: String::new(), room: LONGEST };
     // It fails where the room ends.
     if write!(line, "{words}").is_err() {

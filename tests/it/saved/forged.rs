@@ -307,3 +307,14 @@ proptest! {
         prop_assert!(parse(&[begin, &bytes].concat()).is_err());
     }
 }
+
+#[test]
+fn words_of_a_file_are_told_in_a_line() {
+    // JSON takes that character, and a terminal obeys it.
+    let fault = forged(|bytes| {
+        let at = bytes.windows(8).position(|w| w == b"\"commit\"").unwrap();
+        bytes[at + 1..at + 7].copy_from_slice(b"c\x7fmmit");
+    });
+    assert!(!fault.contains(char::is_control), "{fault:?}");
+    assert!(fault.contains("text, at byte"), "{fault}");
+}
