@@ -102,7 +102,10 @@ fn shortened(label: &str) -> String {
 pub(super) fn bars(title: &str, unit: &str, names: &[String], bars: &[Bar]) -> Result<Plot> {
     let total = |b: &Bar| b.parts.iter().sum::<f64>();
     let end = |b: &Bar| b.range.map_or(0.0, |r| r[1]).max(total(b));
-    let most = bars.iter().map(end).fold(f64::MIN_POSITIVE, f64::max) * 1.04;
+    let ends = bars.iter().map(end).filter(|x| *x < f64::MAX / 2.0);
+    let most = ends.fold(f64::MIN_POSITIVE, f64::max) * 1.04;
+    // A file may say any number, and pixels are counted by 32-bit integers.
+    let on = |x: f64| if x.is_nan() { 0.0 } else { x.clamp(0.0, most) };
     let rows = bars.len().max(1) as f64;
     let labels: Vec<String> = bars.iter().map(|bar| shortened(&bar.label)).collect();
     let letters = labels.iter().map(|label| label.chars().count()).max().unwrap_or(0);
@@ -122,12 +125,12 @@ pub(super) fn bars(title: &str, unit: &str, names: &[String], bars: &[Bar]) -> R
             let (low, high) = (rows - i as f64 - 1.0 + inset, rows - i as f64 - inset);
             let mut x = 0.0;
             for (k, part) in bar.parts.iter().enumerate() {
-                let corners = [(x, low), (x + part, high)];
+                let corners = [(on(x), low), (on(x + part), high)];
                 chart.draw_series([Rectangle::new(corners, colour(k).filled())])?;
                 x += part;
             }
             let middle = (low + high) / 2.0;
-            if let Some([from, to]) = bar.range {
+            if let Some([from, to]) = bar.range.map(|r| r.map(on)) {
                 let ends = [from, to].map(|x| PathElement::new([(x, low), (x, high)], BLACK));
                 chart.draw_series(ends)?;
                 chart.draw_series([PathElement::new([(from, middle), (to, middle)], BLACK)])?;
