@@ -4,7 +4,6 @@
 //! reference on the plain ray: then rounding is no excuse, and the difference is a fault. Rays that agree need no
 //! copies, so none are made for them.
 
-mod narrow;
 mod verdict;
 
 pub use self::verdict::{BruteCheck, Example, Fault, Quantiles, Verdict};
@@ -48,15 +47,10 @@ const CHUNK: usize = 1 << 12;
 
 /// Judges `hits[i]`, the device's answer to `rays[i]`. Where one slice is longer, the rest counts as malformed.
 pub fn compare(reference: &Reference, rays: &[Ray], hits: &[Hit], query: Query) -> Verdict {
-    compare_on(reference, rays, hits, query, true)
-}
-
-/// Likewise, of a device with 64-bit floats (`wide`) or of one without, of whose answers single precision excuses more.
-pub fn compare_on(reference: &Reference, rays: &[Ray], hits: &[Hit], query: Query, wide: bool) -> Verdict {
     let chunk = |(chunk, (rays, hits)): (usize, (&[Ray], &[Hit]))| {
         let mut tally = Tally::default();
         for (i, (ray, hit)) in rays.iter().zip(hits).enumerate() {
-            judge(&mut tally, chunk * CHUNK + i, reference, (ray, hit), query, wide);
+            judge(&mut tally, chunk * CHUNK + i, reference, ray, hit, query);
         }
         tally
     };
@@ -73,14 +67,7 @@ pub fn compare_on(reference: &Reference, rays: &[Ray], hits: &[Hit], query: Quer
 }
 
 /// Judges one ray.
-fn judge(
-    tally: &mut Tally,
-    at: usize,
-    reference: &Reference,
-    (ray, hit): (&Ray, &Hit),
-    query: Query,
-    wide: bool,
-) {
+fn judge(tally: &mut Tally, at: usize, reference: &Reference, ray: &Ray, hit: &Hit, query: Query) {
     let ray64 = Ray64::new(ray);
     let expected = match query {
         Query::Closest => ray64.and_then(|r| reference.closest64(&r)),
@@ -91,8 +78,6 @@ fn judge(
     if malformed(ray, hit, query, reference.scene().triangles.len()) {
         return tally.fault(example(Fault::Malformed, true));
     }
-    let excused =
-        || !wide && ray64.is_some_and(|r| narrow::excused(reference, (ray, &r), hit, expected, query));
     // A ray that can hit nothing has no copies, and no excuse.
     let copies = || ray64.into_iter().flat_map(|r| copies(&r, reference.extent()));
     if expected.is_some() != hit.is_hit() {
@@ -101,11 +86,11 @@ fn judge(
             Query::Any => copies().all(|c| reference.any64(&c).is_some() == expected.is_some()),
         };
         let fault = if hit.is_hit() { Fault::False } else { Fault::Missed };
-        return tally.fault(example(fault, stable && !excused()));
+        return tally.fault(example(fault, stable));
     }
     let (Some(expected), Query::Closest) = (expected, query) else { return };
     let plain = Some(expected);
-    let stable = || copies().all(|c| agrees(plain, reference.closest64(&c))) && !excused();
+    let stable = || copies().all(|c| agrees(plain, reference.closest64(&c)));
     // +inf is a miss: a t beyond the floats is told as the largest of them.
     let told = expected.t.clamp(-f64::from(f32::MAX), f64::from(f32::MAX));
     if (f64::from(hit.t) - told).abs() > SAME_SURFACE * told.abs() + GRAIN_OF_T {

@@ -4,7 +4,7 @@ use super::{Answer, Kind, NONSENSE, Setting};
 use crate::abi::{Hit, INVALID, Ray};
 use crate::bvh::{self, Bvh, SceneBuffers};
 use crate::device::{Device, DeviceError, Timing};
-use crate::oracle::compare::{self, Verdict, compare_on};
+use crate::oracle::compare::{self, Verdict, compare};
 use crate::oracle::reference::Reference;
 use crate::oracle::validate::{Claims, validate};
 use crate::trace::{self, Batch, Options, Precision, Query};
@@ -176,8 +176,7 @@ impl<'a> Arena<'a> {
         let (mut total, mut fault) = (Total::default(), None);
         for Segment { name, range } in self.segments {
             let given = range.start.min(hits.len())..range.end.min(hits.len());
-            let (rays, wide) = (&self.rays[range.clone()], self.device.is_wide());
-            let verdict = compare_on(self.reference, rays, &hits[given], query, wide);
+            let verdict = compare(self.reference, &self.rays[range.clone()], &hits[given], query);
             let found = Total::of(&verdict);
             total.add(&found);
             let bad = match options.precision {
