@@ -66,11 +66,13 @@ pub(super) fn parse(
             None => {}
             // No w and no colour: tobj would divide by w.
             Some(b"v") => plain.push(line, b"v", words.take(3)),
-            Some(b"f" | b"fo") if words.clone().nth(2).is_none() => short.add(place(line)),
-            Some(b"f" | b"fo") => {
-                paint.face(words.clone().count() - 2);
-                plain.push(line, b"f", words);
-            }
+            Some(b"f" | b"fo") => match corners(words.clone()).checked_sub(2) {
+                None | Some(0) => short.add(place(line)),
+                Some(triangles) => {
+                    paint.face(triangles);
+                    plain.push(line, b"f", words);
+                }
+            },
             Some(b"mtllib") => paint.library(line, operand(&text)),
             Some(b"usemtl") => paint.choose(operand(&text)),
             Some(b"p" | b"l") => wires.add(place(line)),
@@ -123,7 +125,19 @@ fn place(line: u64) -> Place {
 
 /// The words of a statement, up to a comment.
 fn words(text: &[u8]) -> impl Iterator<Item = &[u8]> + Clone {
-    text.split(u8::is_ascii_whitespace).filter(|w| !w.is_empty()).take_while(|w| w[0] != b'#')
+    // A vertical tab is a blank to tobj.
+    text.split(|b| b.is_ascii_whitespace() || *b == 0x0b)
+        .filter(|w| !w.is_empty())
+        .take_while(|w| w[0] != b'#')
+}
+
+/// Corners of a face, as tobj will see them: it separates words by all of Unicode's blanks.
+fn corners<'w>(words: impl Iterator<Item = &'w [u8]>) -> usize {
+    let seen = |w: &[u8]| match str::from_utf8(w) {
+        Ok(text) if !text.is_ascii() => text.split_whitespace().count(),
+        _ => 1,
+    };
+    words.map(seen).sum()
 }
 
 /// Statements with the line each starts on. A `\` joins a line to the next.
