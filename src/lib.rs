@@ -67,7 +67,6 @@
 //! - \[DEKKER71\] Dekker: A floating-point technique for extending the available precision. Numerische Mathematik 18, 1971.
 //! - \[DOBB25\] Kern, Galvan, Oldcorn, Skinner, Mehalwal, Reyes Lozano, Chajdas: DOBB-BVH: efficient ray traversal by
 //!   transforming wide BVHs into oriented bounding box trees using discrete rotations. CGF 44, 2025.
-//! - \[EDELSBRUNNER90\] Edelsbrunner, Mücke: Simulation of simplicity. ACM ToG 9(1), 1990.
 //! - \[GOLDSMITH87\] Goldsmith, Salmon: Automatic creation of object hierarchies for ray tracing. CG&A 7(5), 1987.
 //! - \[HIGHAM02\] Higham: Accuracy and stability of numerical algorithms. Second edition, SIAM, 2002.
 //! - \[KARRAS12\] Karras: Maximizing parallelism in the construction of BVHs, octrees and k-d trees. HPG 2012.

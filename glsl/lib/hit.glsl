@@ -21,9 +21,8 @@ struct Meeting {
 #ifdef FLOAT64
 #include "lib/triple.glsl"
 
-// The test in double precision, for rays that pass an edge within the rounding of single precision. Signs are those of
-// exact arithmetic and the triangle is closed: of the triangles around a vertex that a ray goes through, at least one is
-// hit, and no other triangle is.
+// The test in double precision. Signs are those of exact arithmetic and the triangle is closed: of the triangles around a
+// vertex that a ray goes through, at least one is hit, and no other triangle is.
 bool meet_in_doubt(Setup s, PackedTriangle t, out Meeting m) {
     dvec3 d = dvec3(turned(s, s.direction)), o = dvec3(s.origin);
     dvec3 a = dvec3(turned(s, t.a)), b = dvec3(turned(s, t.b)), c = dvec3(turned(s, t.c));
@@ -50,38 +49,50 @@ bool meet_in_doubt(Setup s, PackedTriangle t, out Meeting m) {
     return true;
 }
 #else
-#include "lib/exact.glsl"
+#include "lib/digits.glsl"
 
-// Which side the perturbed origin (ε, ε²) has of an edge p → q through the origin: exactly one of two triangles
-// that share an edge, and of the fan around a vertex, owns the ray [EDELSBRUNNER90].
-float owner_side(vec2 p, vec2 q) {
-    return q.y != p.y ? (q.y < p.y ? 1.0 : -1.0) : q.x != p.x ? (q.x > p.x ? 1.0 : -1.0) : 0.0;
-}
-
-// Weight of the corner opposite p → q (to a few ulp), and its side as a sign that is never wrong.
-void decide_edge(vec2 p, vec2 q, inout float weight, out float side) {
-    if (weight == 0.0) weight = exact_difference(p.x, q.y, p.y, q.x);
-    side = weight != 0.0 ? weight : owner_side(p, q);
-}
-
-// Without doubles: only functions that round to 0 are in doubt, for rounding a product difference never turns its
-// sign. They are decided exactly for the sheared corners, and each edge has one owner.
-bool meet_in_doubt(Setup s, PackedTriangle t, vec3 z, vec2 p, vec2 q, vec2 r, vec3 weight, out Meeting m) {
-    vec3 side;
-    decide_edge(r, q, weight.x, side.x);
-    decide_edge(p, r, weight.y, side.y);
-    decide_edge(q, p, weight.z, side.z);
-    if (!(all(greaterThan(side, vec3(0.0))) || all(lessThan(side, vec3(0.0))))) return false;
-    precise float det = weight.x + weight.y + weight.z;
-    if (det == 0.0) return false;
-    precise float depth = (weight.x * z.x + weight.y * z.y + weight.z * z.z) * s.shear.z;
-    m = Meeting(depth, det, weight.yz);
+// Likewise by integers; t, u and v are less than an ulp off, however the triangle lies.
+bool meet_in_doubt(Setup s, PackedTriangle t, out Meeting m) {
+    if (!finite(s.reach)) return false;
+    vec3 d = turned(s, s.direction), a = turned(s, t.a), b = turned(s, t.b), c = turned(s, t.c);
+    vec2 weight[3], depth;
+    ivec3 exponents = ivec3(0);
+    int depth_exponent;
+    float least = 0.0, most = 0.0;
+    begin_digits();
+    // The weights, each of the corner a; then t · det.
+    for (int k = 0; k < 4; ++k) {
+        depth = exact_triple(k < 3 ? d : a, s.origin, c, b, k == 3, depth_exponent);
+        if (k == 3) break;
+        least = min(least, depth.x);
+        most = max(most, depth.x);
+        if (least < 0.0 && most > 0.0) return false;
+        weight[k] = depth;
+        exponents[k] = depth_exponent;
+        vec3 first = a;
+        a = b;
+        b = c;
+        c = first;
+    }
+    if (least == most) return false;
+    // The weights are of like signs: what a shift to the largest exponent loses, the largest outweighs.
+    int exponent = max(exponents.x, max(exponents.y, exponents.z));
+    vec2 det = vec2(0.0);
+    for (int k = 0; k < 3; ++k) {
+        int shift = exponents[k] - exponent;
+        weight[k] = vec2(scaled(weight[k].x, shift), scaled(weight[k].y, shift));
+        vec2 sum = exact_sum(det.x, weight[k].x);
+        det = vec2(sum.x, sum.y + (det.y + weight[k].y));
+    }
+    float t_det = scaled(quotient(depth, det), depth_exponent - exponent);
+    m = Meeting(t_det, 1.0, vec2(quotient(weight[1], det), quotient(weight[2], det)));
     return true;
 }
 #endif
 
 // [WOOP13]: shears the triangle so that the ray is the z axis, then takes the signs of three 2-D edge functions.
-// Differs: what rounding may have turned is decided in higher precision (meet_in_doubt).
+// Differs: what rounding may have turned, and all that is met, is met again in higher precision
+// (meet_in_doubt).
 bool meet_robust(Setup s, PackedTriangle t, out Meeting m) {
     precise vec3 a = turned(s, t.a) - s.origin;
     precise vec3 b = turned(s, t.b) - s.origin;
@@ -93,25 +104,14 @@ bool meet_robust(Setup s, PackedTriangle t, out Meeting m) {
     precise float v = p.x * r.y - p.y * r.x;
     precise float w = q.x * p.y - q.y * p.x;
     float lo = least_of(u, least_of(v, w)), hi = greatest_of(u, greatest_of(v, w));
-#ifdef FLOAT64
     // A sheared coordinate is off by at most 10 u R (see lib/ray.glsl), so an edge function by at most 20 u R F and
     // 200 u² R², F the largest |x| + |y|, and by 4 u of products that R F bounds. It is no larger than F² / 2, so what is
     // beyond the doubt has F > 64 u R, and 200 u² R² is 4 u R F: 28 in all.
     vec2 far = max(abs(p), max(abs(q), abs(r)));
     float doubt = ((32.0 / 16777216.0) * s.reach) * (far.x + far.y);
-    // What passes is few: it is met again in doubles, for its sign where in doubt, and for its t: of a triangle much
-    // larger than t, single precision would lose a share of 10⁻⁴.
+    // What passes is few: it is met again, for its sign where in doubt, and for its t: of a triangle much larger than t,
+    // single precision would lose a share of 10⁻⁴.
     return !(lo < -doubt && hi > doubt) && meet_in_doubt(s, t, m);
-#else
-    if (u == 0.0 || v == 0.0 || w == 0.0) {
-        return meet_in_doubt(s, t, vec3(a.z, b.z, c.z), p, q, r, vec3(u, v, w), m);
-    }
-    if (lo < 0.0 && hi > 0.0) return false;
-    precise float det = u + v + w;
-    precise float depth = (u * a.z + v * b.z + w * c.z) * s.shear.z;
-    m = Meeting(depth, det, vec2(v, w));
-    return true;
-#endif
 }
 
 // [MOLLER97]. Leaks at edges and vertices.

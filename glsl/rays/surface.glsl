@@ -10,13 +10,11 @@
 // and the lift, a sum of about that size, is rounded by as much as the outer one. With what is of second order, and for
 // the rounding of the bound itself: 4 u (|U e₁| + |V e₂|) + 2½ u |point|.
 //
-// Tracing. With doubles it adds nothing to speak of: the ray's line is exact, and the sign of t but for 2⁻⁵⁰ of what
-// follows. In single precision (lib/hit.glsl) a sheared corner is off by 10 u L in two axes, its depth by 1 u L, products
-// and sums of depths by 3 u L; along the normal, of which two components add up to √2 at most, less than 24 u L. Products of
-// sheared corners, for the ray starts between them, add up to 16 L² at most for all three weights and are off by that
-// times u; as the weights add up to 2 A along the normal, their sum moves depths by 16 u L² · L / 2 A. A tenth more for rays
-// that graze: 32 u L + 24 u L · L² / 2 A. L² / 2 A is 1 to 4 for most triangles, and large for slivers, off which no ray
-// should start by what shows: beyond 16 it counts as 16, and without doubles a ray may find such a sliver before itself.
+// Tracing. To the robust test it adds nothing to speak of: the ray's line is exact, and the sign of t. The fast test's t is
+// off by 8 u of e₂·(f × e₁), f from the corner a to the origin, in absolute values (src/oracle/bounds.rs): along the normal
+// by 48 u L³ / 2 A at most, where all products are as large as can be and all roundings of one sign. Half of that, and
+// 32 u L for rays that graze, keep it off as well. L² / 2 A is 1 to 4 for most triangles, and large for slivers, off which
+// no ray should start by what shows: beyond 16 it counts as 16.
 const float U = 1.0 / 16777216.0;
 
 // The surface under primary i, its normal facing the ray; false where there is none.

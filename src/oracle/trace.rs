@@ -1,12 +1,14 @@
-//! Twin of `glsl/trace/single.comp`, and of `glsl/trace/binary.comp`, with the robust test; the other kernels give the same hits. Signs that the kernel
-//! takes from integers are taken from f64 here, in which a product of two f32 is exact.
+//! Twin of `glsl/trace/single.comp`, and of `glsl/trace/binary.comp`, with the robust test; the other kernels
+//! give the same hits.
 
 mod binary;
+mod digits;
 mod packed;
 mod triple;
 
 pub use binary::BinaryNodes;
 
+use self::digits::{Pair, exact_triple};
 use self::triple::triple;
 use super::morton::Space;
 use crate::abi::{Hit, INVALID, LEAF_BIT, Ray, TRIANGLE_WORDS, Tests};
@@ -20,8 +22,6 @@ const PAD: f32 = 32.0 / 16_777_216.0;
 const PAD_ORIENTED: f32 = 64.0 / 16_777_216.0;
 /// Direction components below this are raised to it.
 const LEAST_DIRECTION: f32 = 1.0 / 1_099_511_627_776.0;
-/// Least magnitude of a weight that is not 0.
-const LEAST_WEIGHT: f32 = 1.2e-38;
 
 /// A ray made ready for boxes and triangles.
 #[derive(Debug, Clone, Copy)]
@@ -135,32 +135,6 @@ fn entered(key: i32) -> f32 {
     f32::from_bits((if key < 0 { key | 3 } else { key & !3 }) as u32)
 }
 
-/// Which side the perturbed origin (ε, ε²) has of an edge p → q through the origin [Edelsbrunner90].
-fn owner_side(p: [f32; 2], q: [f32; 2]) -> f32 {
-    if q[1] != p[1] {
-        if q[1] < p[1] { 1.0 } else { -1.0 }
-    } else if q[0] != p[0] {
-        if q[0] > p[0] { 1.0 } else { -1.0 }
-    } else {
-        0.0
-    }
-}
-
-/// a·b − c·d: 0 exactly where it is 0, else of the right sign.
-fn exact_difference(a: f32, b: f32, c: f32, d: f32) -> f32 {
-    let exact = f64::from(a) * f64::from(b) - f64::from(c) * f64::from(d);
-    if exact == 0.0 {
-        return 0.0;
-    }
-    (exact.abs() as f32).max(LEAST_WEIGHT).copysign(exact as f32)
-}
-
-/// Weight of the corner opposite p → q, and its side.
-fn decide_edge(p: [f32; 2], q: [f32; 2], weight: f32) -> (f32, f32) {
-    let weight = if weight == 0.0 { exact_difference(p[0], q[1], p[1], q[0]) } else { weight };
-    (weight, if weight != 0.0 { weight } else { owner_side(p, q) })
-}
-
 /// What a triangle test knows: the hit at t = depth / det, weights of the second and third corner = uv / det.
 #[derive(Debug, Clone, Copy)]
 pub struct Meeting {
@@ -172,29 +146,9 @@ pub struct Meeting {
     pub uv: [f32; 2],
 }
 
-/// The robust test \[WOOP13\]. `corners` in unit scale, not moved.
-pub fn meet(s: &Setup, corners: [V3; 3]) -> Option<Meeting> {
-    let [a, b, c] = corners.map(|p| std::array::from_fn::<f32, 3, _>(|k| p[s.axes[k]] - s.origin[k]));
-    let [p, q, r] = [a, b, c].map(|x| [x[0] - s.shear[0] * x[2], x[1] - s.shear[1] * x[2]]);
-    let mut u = r[0] * q[1] - r[1] * q[0];
-    let mut v = p[0] * r[1] - p[1] * r[0];
-    let mut w = q[0] * p[1] - q[1] * p[0];
-    let mut side = [u, v, w];
-    if side.contains(&0.0) {
-        (u, side[0]) = decide_edge(r, q, u);
-        (v, side[1]) = decide_edge(p, r, v);
-        (w, side[2]) = decide_edge(q, p, w);
-    }
-    if !(side.iter().all(|x| *x > 0.0) || side.iter().all(|x| *x < 0.0)) {
-        return None;
-    }
-    let det = u + v + w;
-    let depth = (u * a[2] + v * b[2] + w * c[2]) * s.shear[2];
-    (det != 0.0).then_some(Meeting { depth, det, uv: [v, w] })
-}
-
-/// The same test on a device with 64-bit floats: what is not surely missed is met again in doubles.
-pub fn meet_wide(s: &Setup, corners: [V3; 3]) -> Option<Meeting> {
+/// The robust test \[WOOP13\], of a device with 64-bit floats (`wide`) or without. `corners` in unit scale, not moved. What
+/// is not surely missed is met again, in doubles or by integers.
+pub fn meet(s: &Setup, corners: [V3; 3], wide: bool) -> Option<Meeting> {
     let [a, b, c] = corners.map(|p| std::array::from_fn::<f32, 3, _>(|k| p[s.axes[k]] - s.origin[k]));
     let [p, q, r] = [a, b, c].map(|x| [x[0] - s.shear[0] * x[2], x[1] - s.shear[1] * x[2]]);
     let u = r[0] * q[1] - r[1] * q[0];
@@ -206,12 +160,35 @@ pub fn meet_wide(s: &Setup, corners: [V3; 3]) -> Option<Meeting> {
     if lo < -doubt && hi > doubt {
         return None;
     }
-    meet_in_doubt(s, corners)
+    let corners = corners.map(|p| s.axes.map(|k| p[k]));
+    if wide { meet_by_doubles(s, corners) } else { meet_by_integers(s, corners) }
 }
 
-fn meet_in_doubt(s: &Setup, corners: [V3; 3]) -> Option<Meeting> {
+/// `corners` in the order of `axes`.
+fn meet_by_integers(s: &Setup, [a, b, c]: [V3; 3]) -> Option<Meeting> {
+    if !s.reach.is_finite() {
+        return None;
+    }
+    let weights = [[c, b], [a, c], [b, a]].map(|[p, q]| exact_triple(s.direction, s.origin, p, q, false));
+    let least = weights.iter().fold(0.0, |x, w| f32::min(x, w.hi));
+    let most = weights.iter().fold(0.0, |x, w| f32::max(x, w.hi));
+    if (least < 0.0 && most > 0.0) || least == most {
+        return None;
+    }
+    let depth = exact_triple(a, s.origin, c, b, true);
+    let exponent = weights.iter().map(|w| w.exponent).max()?;
+    let [u, v, w] = weights.map(|w| {
+        let shift = w.exponent - exponent;
+        Pair { hi: scaled(w.hi, shift), lo: scaled(w.lo, shift), exponent }
+    });
+    let det = u.plus(v).plus(w);
+    let t = scaled(depth.over(det), depth.exponent - exponent);
+    Some(Meeting { depth: t, det: 1.0, uv: [v.over(det), w.over(det)] })
+}
+
+fn meet_by_doubles(s: &Setup, corners: [V3; 3]) -> Option<Meeting> {
     let (d, o) = (s.direction.map(f64::from), s.origin.map(f64::from));
-    let [a, b, c] = corners.map(|p| s.axes.map(|k| f64::from(p[k])));
+    let [a, b, c] = corners.map(|p| p.map(f64::from));
     let (u, v, w) = (triple(d, o, c, b), triple(d, o, a, c), triple(d, o, b, a));
     let signs = [u, v, w];
     let det = u + v + w;
@@ -252,7 +229,7 @@ pub struct Tree<'a> {
 
 impl Tree<'_> {
     fn meet(&self, s: &Setup, corners: [V3; 3]) -> Option<Meeting> {
-        if self.wide { meet_wide(s, corners) } else { meet(s, corners) }
+        meet(s, corners, self.wide)
     }
 
     /// Corners of the triangle at `place` of the packed tree, unit scale, and its input index.
@@ -338,14 +315,14 @@ impl Tree<'_> {
         (if occluded { Hit { t: 0.0, ..Hit::MISS } } else { Hit::MISS }, tests)
     }
 
-    /// Input indices of all triangles of the tree that own `ray`, whatever its t: no boxes, no order.
-    pub fn owners(&self, ray: &Ray) -> Vec<u32> {
+    /// Input indices of all triangles of the tree that the line of `ray` meets: no boxes, no order.
+    pub fn crossed(&self, ray: &Ray) -> Vec<u32> {
         let s = prepare(ray, self.space);
         let count = self.tree.triangles.len() as u32 / TRIANGLE_WORDS;
-        let owns = |place: u32| {
+        let index_if_met = |place: u32| {
             let (corners, index) = self.triangle(place);
             self.meet(&s, corners).map(|_| index)
         };
-        if s.valid { (0..count).filter_map(owns).collect() } else { vec![] }
+        if s.valid { (0..count).filter_map(index_if_met).collect() } else { vec![] }
     }
 }

@@ -26,9 +26,6 @@ const CHUNK: usize = 1 << 17;
 const JUDGED: usize = 16;
 /// Faulty rays that a row keeps.
 const EXAMPLES: usize = 3;
-/// How far off its ray a device without doubles may take a hit to be, in units of a scene's longest edge: what boxes are
-/// padded by (`glsl/lib/ray.glsl`), in each of three axes, of differences of two edges at most.
-const OFF: f64 = 2.0 * 1.733 * 32.0 / 16_777_216.0;
 
 /// What to trace.
 #[derive(Debug, Clone)]
@@ -162,8 +159,7 @@ pub fn run(device: &Arc<Device>, plan: &Plan, progress: &dyn Fn(u64)) -> Result<
                 let at = rows.len() as u64;
                 let rays = plan.rays / count + u64::from(at < plan.rays % count);
                 let mut row = Row::new(solid, method, &bvh, kind);
-                let off = if device.is_wide() { 0.0 } else { OFF };
-                let shots = Shots::new(solid, kind, mixed(plan.seed ^ mixed(at)), off);
+                let shots = Shots::new(solid, kind, mixed(plan.seed ^ mixed(at)));
                 let run = Run { device, bvh: &bvh, reference: &reference, shots, progress };
                 run.fill(&mut row, rays, plan.precision, &mut batch)?;
                 rows.push(row);

@@ -134,8 +134,6 @@ pub(super) struct Shots<'a> {
     solid: &'a Solid,
     kind: Kind,
     seed: u64,
-    /// How far off the ray the device may take a hit to be, scene units.
-    off: f64,
 }
 
 /// A vertex, or a point of an edge.
@@ -148,9 +146,9 @@ struct Aim {
 }
 
 impl<'a> Shots<'a> {
-    /// By `seed`, for a device that takes hits as far off their rays as `off`, in units of the solid's longest edge.
-    pub fn new(solid: &'a Solid, kind: Kind, seed: u64, off: f64) -> Self {
-        Self { solid, kind, seed, off: off * solid.scale }
+    /// By `seed`.
+    pub fn new(solid: &'a Solid, kind: Kind, seed: u64) -> Self {
+        Self { solid, kind, seed }
     }
 
     /// Ray `index` of them, the same for the same seed.
@@ -232,8 +230,7 @@ impl<'a> Shots<'a> {
             let length = words.length(1.0) as f32;
             let direction = words.along(axis, if ahead { length } else { -length });
             let t = |end: f64| (end - f64::from(eye[axis])) / f64::from(direction[axis]);
-            let off = self.off / f64::from(length);
-            let [least, most] = [t(ends[0]) * (1.0 - T) - off, t(ends[1]) * (1.0 + T) + off];
+            let [least, most] = [t(ends[0]) * (1.0 - T), t(ends[1]) * (1.0 + T)];
             Some(Shot { ray: ray(eye, direction), least, most })
         })
     }
@@ -261,7 +258,7 @@ impl<'a> Shots<'a> {
 
     /// The ray from `eye`, in `ball`, that should be at `aim` at `t`; none where triangles around it don't face away.
     fn to_aim(&self, ball: &Ball, eye: DVec3, direction: Vec3, t: f64, aim: &Aim) -> Option<Shot> {
-        let beside = (eye + direction.as_dvec3() * t - aim.point).length() + self.off;
+        let beside = (eye + direction.as_dvec3() * t - aim.point).length();
         let (depth, seam) = match self.solid.surface {
             Surface::Star { depth, seam } => (depth - eye.distance(ball.centre), seam),
             Surface::Winding => (self.depth_around(aim, eye), 0.0),

@@ -53,7 +53,7 @@ fn the_surface_lies_where_rays_are_told() {
     for solid in Solid::all() {
         let reference = Reference::new(&solid.scene);
         for kind in Kind::ALL {
-            let shots = Shots::new(&solid, kind, 7, 0.0);
+            let shots = Shots::new(&solid, kind, 7);
             let mut widest: f64 = 0.0;
             for i in 0..600 {
                 let shot = shots.shot(i);
@@ -76,7 +76,7 @@ fn the_surface_lies_where_rays_are_told() {
 #[test]
 fn kinds_are_what_they_say() {
     for solid in Solid::all() {
-        let axes = Shots::new(&solid, Kind::Axes, 1, 0.0);
+        let axes = Shots::new(&solid, Kind::Axes, 1);
         let mut zeros = [0; 2];
         let mut ways = [0; 6];
         for i in 0..300 {
@@ -91,8 +91,8 @@ fn kinds_are_what_they_say() {
         let axes_met = ways.chunks(2).filter(|n| n[0] > 0 && n[1] > 0).count();
         assert!(axes_met == 3 || (axes_met == 2 && solid.turned), "{}: {ways:?}", solid.name);
         // The same seed, the same ray; another, another.
-        let same = Shots::new(&solid, Kind::Axes, 1, 0.0).shot(5).ray;
-        let other = Shots::new(&solid, Kind::Axes, 2, 0.0).shot(5).ray;
+        let same = Shots::new(&solid, Kind::Axes, 1).shot(5).ray;
+        let other = Shots::new(&solid, Kind::Axes, 2).shot(5).ray;
         assert_eq!(bytemuck::bytes_of(&axes.shot(5).ray), bytemuck::bytes_of(&same));
         assert_ne!(bytemuck::bytes_of(&same), bytemuck::bytes_of(&other));
     }

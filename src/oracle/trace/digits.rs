@@ -1,0 +1,168 @@
+//! Twin of `glsl/lib/digits.glsl`: x · ((p − o) × (q − o)) of single-precision vectors, exactly, by integers.
+
+type V3 = [f32; 3];
+
+/// Digits of base 2²⁴, the first of weight 2⁻⁴⁴⁷.
+const DIGITS: usize = 36;
+/// Of a digit.
+const MASK: u128 = 0x00ff_ffff;
+/// 2²⁴.
+const BASE: f32 = 16_777_216.0;
+
+/// (hi + lo) · 2^exponent; hi is 0 exactly where that is.
+#[derive(Debug, Clone, Copy)]
+pub struct Pair {
+    pub hi: f32,
+    pub lo: f32,
+    pub exponent: i32,
+}
+
+impl Pair {
+    /// The sum of two of like signs and exponents.
+    pub fn plus(self, other: Self) -> Self {
+        let [hi, lost] = exact_sum(self.hi, other.hi);
+        Self { hi, lo: lost + (self.lo + other.lo), exponent: self.exponent }
+    }
+
+    /// (hi + lo) / (hi + lo), less than an ulp off.
+    pub fn over(self, other: Self) -> f32 {
+        let rough = self.hi / other.hi;
+        let [hi, lo] = exact_product(rough, other.hi);
+        let rest = (self.hi - hi) - lo + (self.lo - rough * other.lo);
+        rough + rest / other.hi
+    }
+}
+
+/// a + b as a float and what it lacks.
+fn exact_sum(a: f32, b: f32) -> [f32; 2] {
+    let sum = a + b;
+    let share = sum - a;
+    [sum, (a - (sum - share)) + (b - share)]
+}
+
+/// a · b likewise \[DEKKER71\].
+fn exact_product(a: f32, b: f32) -> [f32; 2] {
+    let upper = |x: f32| {
+        let wide = x * 4097.0;
+        wide - (wide - x)
+    };
+    let (hi, [x, y]) = (a * b, [a, b].map(upper));
+    let [below_x, below_y] = [a - x, b - y];
+    [hi, ((x * y - hi) + x * below_y + below_x * y) + below_x * below_y]
+}
+
+/// A sum of products, and the first and last digits that may not be 0.
+struct Digits {
+    all: [i32; DIGITS],
+    first: usize,
+    last: usize,
+}
+
+impl Digits {
+    /// Adds x · y · z, or takes it away.
+    fn add(&mut self, numbers: V3, away: bool) {
+        let (mut mantissa, mut place, mut negative) = (1u128, 0, away);
+        for x in numbers {
+            let (exponent, fraction) = (x.to_bits() >> 23 & 0xff, x.to_bits() & 0x007f_ffff);
+            mantissa *= u128::from(fraction | exponent.min(1) << 23);
+            place += exponent.max(1) as usize - 1;
+            negative ^= x.is_sign_negative();
+        }
+        if mantissa == 0 {
+            return;
+        }
+        let at = place / 24;
+        for k in 0..4 {
+            let digit = (mantissa << (place % 24) >> (24 * k) & MASK) as i32;
+            self.all[at + k] += if negative { -digit } else { digit };
+        }
+        (self.first, self.last) = (self.first.min(at), self.last.max(at + 3));
+    }
+
+    /// The sum to a share of 2⁻⁴⁶.
+    fn value(&self) -> Pair {
+        let (mut top, mut below, mut place, mut carry) = ([0; 3], [0; 2], 0, 0);
+        for i in self.first..=(self.last + 1).min(DIGITS - 1) {
+            let sum = self.all[i] + carry;
+            carry = (sum + 0x0080_0000) >> 24;
+            let digit = sum - (carry << 24);
+            if digit != 0 {
+                (top, place) = ([digit, below[0], below[1]], i as i32);
+            }
+            below = [digit, below[0]];
+        }
+        let [upper, lower, rest] = top.map(|digit| digit as f32);
+        let [hi, lo] = exact_sum(upper * BASE, lower);
+        let exponent = if hi == 0.0 { -1000 } else { 24 * (place - 1) - 447 };
+        Pair { hi, lo: lo + rest / BASE, exponent }
+    }
+}
+
+/// The triple product; of a `point` x, with x − o in its place.
+pub fn exact_triple(x: V3, o: V3, p: V3, q: V3, point: bool) -> Pair {
+    let mut digits = Digits { all: [0; DIGITS], first: DIGITS, last: 0 };
+    for (x, [p, q], away) in [(x, [p, q], false), (x, [q, o], false), (x, [o, p], false), (o, [p, q], true)] {
+        for [i, j, k] in [[0, 1, 2], [1, 2, 0], [2, 0, 1]].into_iter().filter(|_| point || !away) {
+            digits.add([x[i], p[j], q[k]], away);
+            digits.add([x[i], p[k], q[j]], !away);
+        }
+    }
+    digits.value()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::oracle::exact::{Difference, exact};
+
+    #[test]
+    fn sums_and_quotients_are_those_of_the_reference() {
+        let mut state = 1u64;
+        let mut next = |count: u64| {
+            state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
+            (state >> 33) % count
+        };
+        let mut zeros = 0;
+        for i in 0..40_000 {
+            // Of few bits and many; as far apart as floats are, or near; denormal too.
+            let (spread, least) = [(4, 120), (30, 90), (252, 0)][next(3) as usize];
+            let mut number = || {
+                let mask = [0x807f_ffff, 0x807f_e000, 0x8060_0000][next(3) as usize];
+                f32::from_bits((next(1 << 31) as u32) << 1 & mask | (next(spread) as u32 + least) << 23)
+            };
+            let [mut d, o, p, q] = [(); 4].map(|()| [number(), number(), number()]);
+            if i % 2 == 0 {
+                // Through the edge's middle, or nearly.
+                d = std::array::from_fn(|k| 0.5 * (p[k] + q[k]) - o[k]);
+            }
+            let wide = |v: V3| v.map(f64::from);
+            let [to_p, to_q] = [p, q].map(|v| Difference::new(wide(o), wide(v)));
+            let value = |pair: &Pair| {
+                (f64::from(pair.hi) + f64::from(pair.lo))
+                    * 2f64.powi(pair.exponent / 2)
+                    * 2f64.powi(pair.exponent - pair.exponent / 2)
+            };
+            let ours = [exact_triple(d, o, p, q, false), exact_triple(d, o, p, q, true)];
+            let truth = [Difference::vector(wide(d)), Difference::new(wide(o), wide(d))]
+                .map(|x| exact(&x, &to_p, &to_q));
+            for (ours, truth) in ours.iter().zip(truth) {
+                let is = value(ours);
+                assert!((is - truth).abs() <= truth.abs() * 2f64.powi(-45), "{is:e}, not {truth:e}");
+                assert_eq!(ours.hi == 0.0, truth == 0.0);
+                zeros += u32::from(truth == 0.0);
+            }
+            let [x, y] = ours;
+            if y.hi != 0.0 {
+                let [is, should] = [
+                    f64::from(x.over(y)),
+                    value(&Pair { exponent: 0, ..x }) / value(&Pair { exponent: 0, ..y }),
+                ];
+                assert!(
+                    (is - should).abs() <= should.abs() * 1.001 / f64::from(BASE),
+                    "{is:e}, not {should:e}"
+                );
+            }
+        }
+        assert!(zeros > 100 && zeros < 20_000, "{zeros} of the sums are 0");
+    }
+}
