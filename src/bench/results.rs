@@ -31,6 +31,12 @@ pub enum RowsError {
         /// Why not.
         source: io::Error,
     },
+    /// Another process adds to it.
+    #[error("another boxwood writes {}: wait until it is done, or give another --out", path.display())]
+    Busy {
+        /// The file.
+        path: PathBuf,
+    },
     /// A line is none of ours.
     #[error("{}, line {line}: {why}; give another --out, or leave out --resume", path.display())]
     Line {

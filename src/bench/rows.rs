@@ -6,11 +6,11 @@ use super::plan::Key;
 use super::results::{Line, Result, Results, RowsError, pictures_beside, whole_lines};
 use super::row::{BuildRow, Header, RayRow};
 use crate::output;
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// Rows that are finished, in memory and in their file.
+/// Rows that are finished, in memory and in their file, which this process alone writes.
 #[derive(Debug)]
 pub struct Rows {
     path: PathBuf,
@@ -22,15 +22,17 @@ impl Rows {
     /// A new file at `path`; one that is there already gets `.old` at its name's end.
     ///
     /// # Errors
-    /// [`RowsError::Io`].
+    /// [`RowsError::Io`], and [`RowsError::Busy`] where another process writes it.
     pub fn create(path: &Path, header: &Header) -> Result<Self> {
         let io = |doing| move |source| RowsError::Io { doing, path: path.to_owned(), source };
         if path.exists() {
+            held(path, &File::open(path).map_err(io("read"))?)?;
             let mut old = path.as_os_str().to_owned();
             old.push(".old");
             fs::rename(path, old).map_err(io("rename"))?;
         }
         let file = OpenOptions::new().append(true).create_new(true).open(path).map_err(io("make"))?;
+        held(path, &file)?;
         let mut rows = Self::of(path, file, header);
         rows.write(&Line::Header(Box::new(header.clone())))?;
         Ok(rows)
@@ -53,19 +55,21 @@ impl Rows {
     /// Goes on with the file at `path`, or begins it where there is none. A last line that was cut off is dropped.
     ///
     /// # Errors
-    /// The file is damaged, or of another run than `header` says.
+    /// The file is damaged, of another run than `header` says, or written by another process.
     pub fn resume(path: &Path, header: &Header) -> Result<Self> {
         let io = |doing| move |source| RowsError::Io { doing, path: path.to_owned(), source };
-        let bytes = match fs::read(path) {
-            Ok(bytes) => bytes,
+        let file = match OpenOptions::new().append(true).open(path) {
+            Ok(file) => file,
             Err(e) if e.kind() == io::ErrorKind::NotFound => return Self::create(path, header),
-            Err(e) => return Err(io("read")(e)),
+            Err(e) => return Err(io("write")(e)),
         };
+        held(path, &file)?;
+        let bytes = fs::read(path).map_err(io("read"))?;
         let whole = whole_lines(&bytes);
         if whole == 0 {
+            drop(file);
             return Self::create(path, header);
         }
-        let file = OpenOptions::new().append(true).open(path).map_err(io("write"))?;
         file.set_len(whole as u64).map_err(io("write"))?;
         let mut results = Results::parse(path, &bytes[..whole])?;
         results.read_pictures(path);
@@ -174,6 +178,14 @@ impl Rows {
     }
 }
 
+/// Takes `file`, at `path`, for this process, until it is closed. Where locks are not known nobody is kept out.
+fn held(path: &Path, file: &File) -> Result<()> {
+    match file.try_lock() {
+        Err(TryLockError::WouldBlock) => Err(RowsError::Busy { path: path.to_owned() }),
+        _ => Ok(()),
+    }
+}
+
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
@@ -224,6 +236,7 @@ mod tests {
         rows.push_build(row("a")).unwrap();
         let kept = fs::metadata(&path).unwrap().len();
         rows.push_build(row("b")).unwrap();
+        drop(rows);
         let whole = fs::read(&path).unwrap();
         // Cut anywhere within the last line: the first row is there, bit for bit, and the second can be added anew.
         for length in [kept, kept + 1, whole.len() as u64 - 1] {
@@ -262,6 +275,22 @@ mod tests {
                     .contains("line 1")
             );
         }
+    }
+
+    #[test]
+    fn one_process_writes() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("rows.jsonl");
+        let mut rows = Rows::create(&path, &header("c")).unwrap();
+        rows.push_build(row("a")).unwrap();
+        let before = fs::read(&path).unwrap();
+        for other in [Rows::create(&path, &header("c")), Rows::resume(&path, &header("c"))] {
+            let error = other.unwrap_err().to_string();
+            assert!(error.contains("another boxwood writes") && error.contains("rows.jsonl"), "{error}");
+        }
+        assert!(fs::read(&path).unwrap() == before && !dir.path().join("rows.jsonl.old").exists());
+        drop(rows);
+        assert_eq!(Rows::resume(&path, &header("c")).unwrap().count(), 1);
     }
 
     #[test]

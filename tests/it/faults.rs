@@ -5,6 +5,8 @@
 
 mod caches;
 mod disk;
+#[cfg(target_os = "linux")]
+mod full;
 #[cfg(unix)]
 mod kills;
 mod program;

@@ -24,7 +24,7 @@ fn limited(folder: &Folder, args: &[&str]) -> Output {
     shell.output().unwrap()
 }
 
-fn assert_full(out: &Output, file: &str, why: &str) {
+pub(super) fn assert_full(out: &Output, file: &str, why: &str) {
     let stderr = String::from_utf8_lossy(&out.stderr);
     assert_eq!(out.status.code(), Some(1), "{file}: {stderr}");
     let line = stderr.lines().last().unwrap_or_default();
@@ -47,14 +47,28 @@ fn what_has_no_room_is_not_there_in_part() {
     assert!(folder.path("s.tri").metadata().unwrap().len() > LIMIT as u64);
 }
 
-/// Runs the program with a file system of [`LIMIT`] bytes at `disk`, which begins with what lies there; what is on it in the
-/// end is copied to `left`. (A limit on files' sizes won't do: lavapipe's memory is a file.) None where this process may
-/// not mount.
+/// Runs the program with a file system of [`LIMIT`] bytes at `disk`, which begins with what lies there and, where told so, has
+/// `room` for so many bytes more; what is on it in the end is copied to `left`. (A limit on files' sizes won't do: lavapipe's
+/// memory is a file.) None where this process may not mount.
 #[cfg(target_os = "linux")]
-fn on_small_disk(folder: &Folder, args: &[&str]) -> Option<Output> {
+pub(super) fn on_small_disk(folder: &Folder, args: &[&str], room: Option<usize>) -> Option<Output> {
+    on_small_disk_with(folder.command(args), folder, args, room)
+}
+
+/// Likewise, with the environment of `boxwood`.
+#[cfg(target_os = "linux")]
+pub(super) fn on_small_disk_with(
+    boxwood: Command,
+    folder: &Folder,
+    args: &[&str],
+    room: Option<usize>,
+) -> Option<Output> {
     const SCRIPT: &str = "set -e; rm -rf left; mkdir left; cp -a disk before; trap 'rm -rf before' EXIT
         mount -t tmpfs -o size=4m tmpfs disk; cp -a before/. disk
-        rc=0; \"$@\" || rc=$?; cp -a disk/. left; exit $rc";
+        if [ $1 != all ]; then
+            free=$(df -B1 --output=avail disk | tail -n 1); head -c $((free - $1)) /dev/zero > disk/filler
+        fi; shift
+        rc=0; \"$@\" || rc=$?; rm -f disk/filler; cp -a disk/. left; exit $rc";
     let unshare = |args: &[&str]| {
         let mut command = Command::new("unshare");
         command.args(["--user", "--map-root-user", "--mount", "sh", "-c"]).args(args);
@@ -65,8 +79,8 @@ fn on_small_disk(folder: &Folder, args: &[&str]) -> Option<Output> {
         eprintln!("left out: no file system can be mounted here, even in a namespace of its own");
         return None;
     }
-    let boxwood = folder.command(&[]);
-    let mut shell = unshare(&[SCRIPT, "sh"]);
+    let room = room.map_or("all".to_owned(), |bytes| bytes.to_string());
+    let mut shell = unshare(&[SCRIPT, "sh", &room]);
     shell.arg(boxwood.get_program()).args(args).current_dir(folder.path(""));
     for (name, value) in boxwood.get_envs() {
         match value {
@@ -93,7 +107,7 @@ fn what_a_small_disk_has_no_room_for_is_not_there_in_part() {
         (&["build", "sphere:150k", "--runs", "1", "--save", "disk/s.boxwood"], "disk/s.boxwood"),
     ];
     for (args, file) in commands {
-        let Some(out) = on_small_disk(&folder, args) else { return };
+        let Some(out) = on_small_disk(&folder, args, None) else { return };
         assert_full(&out, &format!("can't write {file}"), "No space left on device");
         let mut left: Vec<_> =
             fs::read_dir(folder.path("left")).unwrap().map(|e| e.unwrap().file_name()).collect();
@@ -144,7 +158,7 @@ fn rows_before_a_full_disk_stay() {
     let room = (4 * whole.len() / whole.lines().count()).next_multiple_of(4096);
     fs::write(folder.path("disk/rows.jsonl"), first.clone() + &"\n".repeat(LIMIT - room - first.len()))
         .unwrap();
-    if let Some(out) = on_small_disk(&folder, &run("disk")) {
+    if let Some(out) = on_small_disk(&folder, &run("disk"), None) {
         assert_full(&out, "can't write disk/rows.jsonl", "No space left on device");
         let there = fs::read_to_string(folder.path("left/rows.jsonl")).unwrap();
         assert!(there.starts_with(&first) && there.ends_with('\n'), "a row is cut off or lost");
