@@ -80,12 +80,13 @@ bool meet_in_doubt(Setup s, PackedTriangle t, out Meeting m) {
     vec2 det = vec2(0.0);
     for (int k = 0; k < 3; ++k) {
         int shift = exponents[k] - exponent;
-        weight[k] = vec2(scaled(weight[k].x, shift), scaled(weight[k].y, shift));
-        vec2 sum = exact_sum(det.x, weight[k].x);
-        det = vec2(sum.x, sum.y + (det.y + weight[k].y));
+        vec2 sum = exact_sum(det.x, scaled(weight[k].x, shift));
+        det = vec2(sum.x, sum.y + (det.y + scaled(weight[k].y, shift)));
     }
-    float t_det = scaled(quotient(depth, det), depth_exponent - exponent);
-    m = Meeting(t_det, 1.0, vec2(quotient(weight[1], det), quotient(weight[2], det)));
+    // Scaled last, so that no quotient is near what devices may take for 0.
+    vec2 uv = vec2(
+        scaled(quotient(weight[1], det), exponents.y - exponent), scaled(quotient(weight[2], det), exponents.z - exponent));
+    m = Meeting(scaled(quotient(depth, det), depth_exponent - exponent), 1.0, uv);
     return true;
 }
 #endif

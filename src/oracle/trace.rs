@@ -182,8 +182,8 @@ fn meet_by_integers(s: &Setup, [a, b, c]: [V3; 3]) -> Option<Meeting> {
         Pair { hi: scaled(w.hi, shift), lo: scaled(w.lo, shift), exponent }
     });
     let det = u.plus(v).plus(w);
-    let t = scaled(depth.over(det), depth.exponent - exponent);
-    Some(Meeting { depth: t, det: 1.0, uv: [v.over(det), w.over(det)] })
+    let share = |x: Pair| scaled(x.over(det), x.exponent - exponent);
+    Some(Meeting { depth: share(depth), det: 1.0, uv: [share(weights[1]), share(weights[2])] })
 }
 
 fn meet_by_doubles(s: &Setup, corners: [V3; 3]) -> Option<Meeting> {
