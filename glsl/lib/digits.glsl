@@ -1,5 +1,5 @@
 // x · ((p − o) × (q − o)) of single-precision vectors, exactly, by integers alone: for devices without doubles, whatever
-// they round and flush.
+// they round and flush. Wants lib/double_single.glsl.
 
 // A sum of products of three floats as signed digits of base 2²⁴, the first of weight 2⁻⁴⁴⁷, that of three of the least
 // floats. Of 24 products a digit is less than 2²⁹, so carries wait. The last product ends at bit 3 · 253 + 72.
@@ -39,34 +39,6 @@ void add_product(float x, float y, float z, bool away) {
     digits[at + 2] += shifted.z;
     digits[at + 3] += shifted.w;
     digits_used = ivec2(min(digits_used.x, at), max(digits_used.y, at + 3));
-}
-
-// Numbers of two floats: x + y, x the float nearest to the sum or the next.
-
-vec2 exact_sum(float a, float b) {
-    precise float sum = a + b;
-    precise float share = sum - a;
-    precise float lost = (a - (sum - share)) + (b - share);
-    return vec2(sum, lost);
-}
-
-// a · b [DEKKER71].
-vec2 exact_product(float a, float b) {
-    precise vec2 wide = vec2(a, b) * 4097.0;
-    precise vec2 upper = wide - (wide - vec2(a, b));
-    precise vec2 lower = vec2(a, b) - upper;
-    precise float hi = a * b;
-    precise float lo = ((upper.x * upper.y - hi) + upper.x * lower.y + lower.x * upper.y) + lower.x * lower.y;
-    return vec2(hi, lo);
-}
-
-// a / b, less than an ulp off: of the quotient of the upper parts, what it leaves is divided again.
-float quotient(vec2 a, vec2 b) {
-    precise float rough = a.x / b.x;
-    vec2 back = exact_product(rough, b.x);
-    precise float rest = (a.x - back.x) - back.y + (a.y - rough * b.y);
-    precise float value = rough + rest / b.x;
-    return value;
 }
 
 // The digits' value · 2^−exponent, to a share of 2⁻⁴⁶, and 0 in their place. With carries they lie within ±2²³, so that the

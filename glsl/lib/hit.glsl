@@ -23,7 +23,7 @@ struct Meeting {
 
 // The test in double precision. Signs are those of exact arithmetic and the triangle is closed: of the triangles around a
 // vertex that a ray goes through, at least one is hit, and no other triangle is.
-bool meet_in_doubt(Setup s, PackedTriangle t, out Meeting m) {
+bool meet_in_doubt(Setup s, PackedTriangle t, float limit, out Meeting m) {
     dvec3 d = dvec3(turned(s, s.direction)), o = dvec3(s.origin);
     dvec3 a = dvec3(turned(s, t.a)), b = dvec3(turned(s, t.b)), c = dvec3(turned(s, t.c));
     bvec3 sure;
@@ -49,12 +49,54 @@ bool meet_in_doubt(Setup s, PackedTriangle t, out Meeting m) {
     return true;
 }
 #else
+#include "lib/double_single.glsl"
 #include "lib/digits.glsl"
 
-// Likewise by integers; t, u and v are less than an ulp off, however the triangle lies.
-bool meet_in_doubt(Setup s, PackedTriangle t, out Meeting m) {
+// A triple product of double-single vectors is off by 28 u² = 2⁻⁴³ of its products' sizes, these by 2⁻²²: what is larger than
+// twice that has its sign, and what is 2⁻¹⁵ of them is right to an eighth of an ulp. Of numbers below 2⁻⁶⁰, for as long as no
+// coordinate is above 2²⁰, what underflowed might count.
+const float PAIR_DOUBT = 1.0 / 4398046511104.0;
+const float PAIR_RIGHT = 1.0 / 32768.0;
+const float PAIR_LEAST = 1.0 / 1152921504606846976.0;
+
+const uint PASSED_BY = 0u;
+const uint MET = 1u;
+const uint UNKNOWN = 2u;
+
+// In double-single precision: whether the triangle is met, at a t that is not surely out of the range up to `limit`. With x
+// the corner a less the origin, n = e₂ × e₁ and h = d × x: det = d·n, t det = x·n, the weights of b and c h·e₂ and −h·e₁.
+uint meet_by_pairs(vec3 d, vec3 o, vec3 a, vec3 b, vec3 c, float t_min, float limit, float reach, out Meeting m) {
+    Pairs x = exact_sum(a, -o), e1 = exact_sum(b, -a), e2 = exact_sum(c, -a), line = Pairs(d, vec3(0.0));
+    Pairs n = cross_of(e2, e1), h = cross_of(line, x);
+    vec2 det = dot_of(line, n), depth = dot_of(x, n), v = dot_of(h, e2), w = -dot_of(h, e1);
+    vec2 u = sum_of(det, -sum_of(v, w));
+
+    vec3 n_size = outer_size(e2.hi, e1.hi), h_size = outer_size(d, x.hi);
+    float det_size = inner_size(d, n_size), depth_size = inner_size(x.hi, n_size);
+    precise float v_off = PAIR_DOUBT * inner_size(h_size, e2.hi) + PAIR_LEAST;
+    precise float w_off = PAIR_DOUBT * inner_size(h_size, e1.hi) + PAIR_LEAST;
+    precise float u_off = PAIR_DOUBT * det_size + (v_off + w_off);
+    precise float det_least = PAIR_RIGHT * det_size + PAIR_LEAST, depth_least = PAIR_RIGHT * depth_size + PAIR_LEAST;
+    float size = abs(det.x);
+    if (!(reach < 1048576.0 && size > det_least)) return UNKNOWN;
+    vec3 off = vec3(u_off, v_off, w_off), weights = det.x > 0.0 ? vec3(u.x, v.x, w.x) : -vec3(u.x, v.x, w.x);
+    if (any(lessThan(weights, -off))) return PASSED_BY;
+    vec3 tuv = quotients(Pairs(vec3(depth.x, v.x, w.x), vec3(depth.y, v.y, w.y)), det);
+    precise float t_off = (PAIR_DOUBT * depth_size + PAIR_LEAST) / size + abs(tuv.x) * (8.0 / 16777216.0);
+    precise float latest = tuv.x + t_off, earliest = tuv.x - t_off;
+    if (latest < t_min || earliest > limit) return PASSED_BY;
+    if (any(lessThan(weights, off)) || !(abs(depth.x) > depth_least)) return UNKNOWN;
+    m = Meeting(tuv.x, 1.0, tuv.yz);
+    return MET;
+}
+
+// The test in double-single precision and, where that can't tell, by integers: as if in exact arithmetic. t is less than an
+// ulp off, however the triangle lies. Of those that are surely beyond `limit` nothing is met.
+bool meet_in_doubt(Setup s, PackedTriangle t, float limit, out Meeting m) {
     if (!finite(s.reach)) return false;
     vec3 d = turned(s, s.direction), a = turned(s, t.a), b = turned(s, t.b), c = turned(s, t.c);
+    uint known = meet_by_pairs(d, s.origin, a, b, c, s.t_min, limit, s.reach, m);
+    if (known != UNKNOWN) return known == MET;
     vec2 weight[3], depth;
     ivec3 exponents = ivec3(0);
     int depth_exponent;
@@ -83,10 +125,10 @@ bool meet_in_doubt(Setup s, PackedTriangle t, out Meeting m) {
         vec2 sum = exact_sum(det.x, scaled(weight[k].x, shift));
         det = vec2(sum.x, sum.y + (det.y + scaled(weight[k].y, shift)));
     }
+    vec3 tuv = quotients(Pairs(vec3(depth.x, weight[1].x, weight[2].x), vec3(depth.y, weight[1].y, weight[2].y)), det);
     // Scaled last, so that no quotient is near what devices may take for 0.
-    vec2 uv = vec2(
-        scaled(quotient(weight[1], det), exponents.y - exponent), scaled(quotient(weight[2], det), exponents.z - exponent));
-    m = Meeting(scaled(quotient(depth, det), depth_exponent - exponent), 1.0, uv);
+    vec2 uv = vec2(scaled(tuv.y, exponents.y - exponent), scaled(tuv.z, exponents.z - exponent));
+    m = Meeting(scaled(tuv.x, depth_exponent - exponent), 1.0, uv);
     return true;
 }
 #endif
@@ -94,7 +136,7 @@ bool meet_in_doubt(Setup s, PackedTriangle t, out Meeting m) {
 // [WOOP13]: shears the triangle so that the ray is the z axis, then takes the signs of three 2-D edge functions.
 // Differs: what rounding may have turned, and all that is met, is met again in higher precision
 // (meet_in_doubt).
-bool meet_robust(Setup s, PackedTriangle t, out Meeting m) {
+bool meet_robust(Setup s, PackedTriangle t, float limit, out Meeting m) {
     precise vec3 a = turned(s, t.a) - s.origin;
     precise vec3 b = turned(s, t.b) - s.origin;
     precise vec3 c = turned(s, t.c) - s.origin;
@@ -112,7 +154,7 @@ bool meet_robust(Setup s, PackedTriangle t, out Meeting m) {
     float doubt = ((32.0 / 16777216.0) * s.reach) * (far.x + far.y);
     // What passes is few: it is met again, for its sign where in doubt, and for its t: of a triangle much larger than t,
     // single precision would lose a share of 10⁻⁴.
-    return !(lo < -doubt && hi > doubt) && meet_in_doubt(s, t, m);
+    return !(lo < -doubt && hi > doubt) && meet_in_doubt(s, t, limit, m);
 }
 
 // [MOLLER97]. Leaks at edges and vertices.
@@ -142,7 +184,7 @@ struct Nearest {
 // Returns whether an any-hit query is answered.
 bool meet_triangle(Setup s, PackedTriangle triangle, inout Nearest nearest) {
     Meeting m;
-    bool met = ROBUST != 0 ? meet_robust(s, triangle, m) : meet_fast(s, triangle, m);
+    bool met = ROBUST != 0 ? meet_robust(s, triangle, nearest.t, m) : meet_fast(s, triangle, m);
     if (!met) return false;
     precise float over = 1.0 / m.det;
     precise float t = m.depth * over;

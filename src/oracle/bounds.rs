@@ -32,9 +32,13 @@
 //! 4 ū |z_i| and 4 ū |t|, and 3 ū u; rounding to f32 adds u |t| and u · u. For triangles that aren't seen edge-on or
 //! extremely thin, u |t| is all that is left.
 //!
-//! **Without** the weights and D t = (a − o)·((c − o)×(b − o)) are summed exactly by integers and kept to a share of 2⁻⁴⁶, as
-//! their sum D is. Quotients are formed as two floats, so that the last sum's rounding is all: u |t|, u · u and u · v,
-//! whatever the triangle. Signs are those of exact arithmetic here too.
+//! **Without** t = x·n / D and the weights come from double-single numbers, x = a − o exact, n = e₂ × e₁, h = d × x, e₁ and e₂
+//! the edges from a: D = d·n, w_b = h·e₂, w_c = −h·e₁. A sum of such numbers is off by 4 u² of its summands, a product by
+//! 8 u²: a component of n or h by 12 u² of its two products, an inner product with it by 8 u² more and its sums by 8 u², 28 u²
+//! in all, of |x|·(|e₂|⊗|e₁|), |d|·(|e₂|⊗|e₁|), |d|·(|x|⊗|e|). Where that is more than 2⁻²⁸ of D or D t, or half of a weight, all
+//! is summed exactly by integers, to a share of 2⁻⁴⁶. Quotients are formed as two floats, so that the last sum's rounding is
+//! all. So t is off by 9/8 u |t|, whatever the triangle; u by 28 u² |d|·(|x|⊗|e₂|) / |D| and 17/16 u · u, v likewise; and signs
+//! are those of exact arithmetic here too.
 //!
 //! # The fast test
 //! With f = o − a, e₁ and e₂ the edges, h = d × e₂ and q = f × e₁: D = e₁·h, D u = f·h, D v = d·q, D t = e₂·q. Differences
@@ -103,8 +107,8 @@ pub fn bound(ray: &Ray, corners: [[f32; 3]; 3], precision: Precision, wide: bool
     let Some(hit) = crossing(ray, corners) else { return unknown };
     let view = View::new(ray, corners);
     let bound = match (precision, wide) {
-        (Precision::Robust, true) => view.mean(&hit, view.double_weights(), DOUBLE_MEAN),
-        (Precision::Robust, false) => view.mean(&hit, [0.0; 3], INTEGER_MEAN),
+        (Precision::Robust, true) => view.mean(&hit, view.double_weights()),
+        (Precision::Robust, false) => Some(view.pairs(&hit)),
         (Precision::Fast, _) => view.quotients(&hit),
     };
     bound.map_or(unknown, |b| Bound {
@@ -113,20 +117,6 @@ pub fn bound(ray: &Ray, corners: [[f32; 3]; 3], precision: Precision, wide: bool
         v: b.v * SLACK + LEAST,
     })
 }
-
-/// Roundings of a mean, all relative.
-struct Mean {
-    /// Of t: to the largest depth of a corner, over d_z.
-    depth: f64,
-    /// To t itself.
-    t: f64,
-    /// To u and v.
-    weight: f64,
-}
-
-const DOUBLE_MEAN: Mean =
-    Mean { depth: 4.0 * DOUBLE, t: SINGLE + 4.0 * DOUBLE, weight: SINGLE + 3.0 * DOUBLE };
-const INTEGER_MEAN: Mean = Mean { depth: 0.0, t: SINGLE, weight: SINGLE };
 
 /// A triangle as a ray sees it: in the order of the ray's axes, the corners less the origin.
 struct View {
@@ -189,7 +179,7 @@ impl View {
     }
 
     /// Of means by weights that are off by `off`.
-    fn mean(&self, hit: &Crossing, off: [f64; 3], rounding: Mean) -> Option<Bound> {
+    fn mean(&self, hit: &Crossing, off: [f64; 3]) -> Option<Bound> {
         let depth = |k: usize| self.corners[k][2];
         let all: f64 = off.iter().sum();
         let least = self.det.abs() * (1.0 - 4.0 * SINGLE * SINGLE) - all;
@@ -198,13 +188,23 @@ impl View {
         // Depths and z are of doubles here too.
         let spread: f64 = (0..3).map(|k| off[k] * ((depth(k) - z).abs() + 4.0 * DOUBLE * largest)).sum();
         let weight = |w: f64, own: f64| {
-            ((1.0 - w).abs() * own + w.abs() * (all - own)) / least + rounding.weight * w.abs()
+            ((1.0 - w).abs() * own + w.abs() * (all - own)) / least + (SINGLE + 3.0 * DOUBLE) * w.abs()
         };
         (least > 0.0).then(|| Bound {
-            t: (spread / least + rounding.depth * largest) / self.d[2].abs() + rounding.t * hit.t.abs(),
+            t: (spread / least + 4.0 * DOUBLE * largest) / self.d[2].abs()
+                + (SINGLE + 4.0 * DOUBLE) * hit.t.abs(),
             u: weight(hit.u, off[1]),
             v: weight(hit.v, off[2]),
         })
+    }
+
+    /// In double-single precision, and by integers where that does not suffice.
+    fn pairs(&self, hit: &Crossing) -> Bound {
+        let off = |edge: usize| {
+            28.0 * SINGLE * SINGLE * inner(self.d, outer(self.corners[0], self.edges[edge])) / self.det.abs()
+        };
+        let rounded = |x: f64, sixteenths: f64| sixteenths / 16.0 * SINGLE * x.abs();
+        Bound { t: rounded(hit.t, 18.0), u: off(1) + rounded(hit.u, 17.0), v: off(2) + rounded(hit.v, 17.0) }
     }
 
     /// Of the fast test.
@@ -246,14 +246,15 @@ mod tests {
     const TILTED: [[f32; 3]; 3] = [[0.0, 0.0, 0.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]];
 
     #[test]
-    fn of_the_robust_test_the_distance_does_not_count() {
+    fn to_the_robust_test_the_distance_hardly_counts() {
         let from = |s: f32| Ray { origin: [0.3 + 0.5 * s, 0.3 + 0.25 * s, 0.5 + s], ..down(0.0) };
         let of = |s: f32, precision, wide| {
             bound(&Ray { direction: [-0.5, -0.25, -1.0], ..from(s) }, TILTED, precision, wide).v
         };
         let grown = |precision, wide| of(65536.0, precision, wide) / of(8.0, precision, wide);
         assert!((grown(Precision::Robust, true) - 1.0).abs() < 0.1);
-        assert!((grown(Precision::Robust, false) - 1.0).abs() < 0.1 && grown(Precision::Fast, true) > 100.0);
+        // 28 u² of the distance.
+        assert!(grown(Precision::Robust, false) < 10.0 && grown(Precision::Fast, true) > 100.0);
     }
 
     #[test]

@@ -3,12 +3,14 @@
 
 mod binary;
 mod digits;
+mod double_single;
 mod packed;
 mod triple;
 
 pub use binary::BinaryNodes;
 
-use self::digits::{Pair, exact_triple};
+use self::digits::exact_triple;
+use self::double_single::{Pair, cross, difference, dot, inner_size, outer_size, upper};
 use self::triple::triple;
 use super::morton::Space;
 use crate::abi::{Hit, INVALID, LEAF_BIT, Ray, TRIANGLE_WORDS, Tests};
@@ -147,8 +149,9 @@ pub struct Meeting {
 }
 
 /// The robust test \[WOOP13\], of a device with 64-bit floats (`wide`) or without. `corners` in unit scale, not moved. What
-/// is not surely missed is met again, in doubles or by integers.
-pub fn meet(s: &Setup, corners: [V3; 3], wide: bool) -> Option<Meeting> {
+/// is not surely missed is met again, in doubles, or in double-single precision and by integers; there what is surely beyond
+/// `limit` or before t_min is not.
+pub fn meet(s: &Setup, corners: [V3; 3], limit: f32, wide: bool) -> Option<Meeting> {
     let [a, b, c] = corners.map(|p| std::array::from_fn::<f32, 3, _>(|k| p[s.axes[k]] - s.origin[k]));
     let [p, q, r] = [a, b, c].map(|x| [x[0] - s.shear[0] * x[2], x[1] - s.shear[1] * x[2]]);
     let u = r[0] * q[1] - r[1] * q[0];
@@ -161,7 +164,61 @@ pub fn meet(s: &Setup, corners: [V3; 3], wide: bool) -> Option<Meeting> {
         return None;
     }
     let corners = corners.map(|p| s.axes.map(|k| p[k]));
-    if wide { meet_by_doubles(s, corners) } else { meet_by_integers(s, corners) }
+    if wide {
+        return meet_by_doubles(s, corners);
+    }
+    match meet_by_pairs(s, corners, limit) {
+        Known::Met(m) => Some(m),
+        Known::Missed => None,
+        Known::Nothing => meet_by_integers(s, corners),
+    }
+}
+
+/// What double-single precision can tell.
+enum Known {
+    Met(Meeting),
+    Missed,
+    Nothing,
+}
+
+/// 2⁻⁴²: see `glsl/lib/hit.glsl`.
+const PAIR_DOUBT: f32 = 1.0 / 4_398_046_511_104.0;
+/// 2⁻¹⁵.
+const PAIR_RIGHT: f32 = 1.0 / 32_768.0;
+/// 2⁻⁶⁰.
+const PAIR_LEAST: f32 = 1.0 / 1_152_921_504_606_846_976.0;
+
+/// `corners` in the order of `axes`.
+fn meet_by_pairs(s: &Setup, [a, b, c]: [V3; 3], limit: f32) -> Known {
+    let [x, e1, e2] = [difference(a, s.origin), difference(b, a), difference(c, a)];
+    let line = s.direction.map(Pair::new);
+    let (n, h) = (cross(&e2, &e1), cross(&line, &x));
+    let (det, depth, v, w) = (dot(&line, &n), dot(&x, &n), dot(&h, &e2), dot(&h, &e1).negated());
+    let u = det.plus(v.plus(w).negated());
+
+    let [x, e1, e2] = [x, e1, e2].map(|e| upper(&e));
+    let (n_size, h_size) = (outer_size(e2, e1), outer_size(s.direction, x));
+    let (det_size, depth_size) = (inner_size(s.direction, n_size), inner_size(x, n_size));
+    let [v_off, w_off] = [e2, e1].map(|e| PAIR_DOUBT * inner_size(h_size, e) + PAIR_LEAST);
+    let off = [PAIR_DOUBT * det_size + (v_off + w_off), v_off, w_off];
+    let [det_least, depth_least] = [det_size, depth_size].map(|size| PAIR_RIGHT * size + PAIR_LEAST);
+    let size = det.hi.abs();
+    if !(s.reach < 1_048_576.0 && size > det_least) {
+        return Known::Nothing;
+    }
+    let weights = [u, v, w].map(|w| if det.hi > 0.0 { w.hi } else { -w.hi });
+    if weights.iter().zip(off).any(|(w, off)| *w < -off) {
+        return Known::Missed;
+    }
+    let t = depth.over(det);
+    let t_off = (PAIR_DOUBT * depth_size + PAIR_LEAST) / size + t.abs() * (8.0 / 16_777_216.0);
+    if t + t_off < s.t_min || t - t_off > limit {
+        return Known::Missed;
+    }
+    if weights.iter().zip(off).any(|(w, off)| *w < off) || depth.hi.abs() <= depth_least {
+        return Known::Nothing;
+    }
+    Known::Met(Meeting { depth: t, det: 1.0, uv: [v.over(det), w.over(det)] })
 }
 
 /// `corners` in the order of `axes`.
@@ -170,20 +227,21 @@ fn meet_by_integers(s: &Setup, [a, b, c]: [V3; 3]) -> Option<Meeting> {
         return None;
     }
     let weights = [[c, b], [a, c], [b, a]].map(|[p, q]| exact_triple(s.direction, s.origin, p, q, false));
-    let least = weights.iter().fold(0.0, |x, w| f32::min(x, w.hi));
-    let most = weights.iter().fold(0.0, |x, w| f32::max(x, w.hi));
+    let least = weights.iter().fold(0.0, |x, w| f32::min(x, w.value.hi));
+    let most = weights.iter().fold(0.0, |x, w| f32::max(x, w.value.hi));
     if (least < 0.0 && most > 0.0) || least == most {
         return None;
     }
     let depth = exact_triple(a, s.origin, c, b, true);
     let exponent = weights.iter().map(|w| w.exponent).max()?;
-    let [u, v, w] = weights.map(|w| {
+    let mut det = Pair::new(0.0);
+    for w in &weights {
         let shift = w.exponent - exponent;
-        Pair { hi: scaled(w.hi, shift), lo: scaled(w.lo, shift), exponent }
-    });
-    let det = u.plus(v).plus(w);
-    let share = |x: Pair| scaled(x.over(det), x.exponent - exponent);
-    Some(Meeting { depth: share(depth), det: 1.0, uv: [share(weights[1]), share(weights[2])] })
+        let sum = Pair::exact_sum(det.hi, scaled(w.value.hi, shift));
+        det = Pair { hi: sum.hi, lo: sum.lo + (det.lo + scaled(w.value.lo, shift)) };
+    }
+    let [t, v, w] = [depth, weights[1], weights[2]].map(|x| scaled(x.value.over(det), x.exponent - exponent));
+    Some(Meeting { depth: t, det: 1.0, uv: [v, w] })
 }
 
 fn meet_by_doubles(s: &Setup, corners: [V3; 3]) -> Option<Meeting> {
@@ -228,8 +286,8 @@ pub struct Tree<'a> {
 }
 
 impl Tree<'_> {
-    fn meet(&self, s: &Setup, corners: [V3; 3]) -> Option<Meeting> {
-        meet(s, corners, self.wide)
+    fn meet(&self, s: &Setup, corners: [V3; 3], limit: f32) -> Option<Meeting> {
+        meet(s, corners, limit, self.wide)
     }
 
     /// Corners of the triangle at `place` of the packed tree, unit scale, and its input index.
@@ -280,7 +338,7 @@ impl Tree<'_> {
         let mut nearest = Nearest { t: s.t_max, triangle: INVALID, uv: [0.0; 2] };
         let tests = self.walk(nodes, &s, &mut nearest, |place, nearest| {
             let (corners, index) = self.triangle(place);
-            let Some(m) = self.meet(&s, corners) else { return false };
+            let Some(m) = self.meet(&s, corners, nearest.t) else { return false };
             let over = 1.0 / m.det;
             let t = m.depth * over;
             if t >= s.t_min && t <= nearest.t.min(f32::MAX) && (t != nearest.t || index < nearest.triangle) {
@@ -306,7 +364,7 @@ impl Tree<'_> {
         let mut occluded = false;
         let mut nearest = Nearest { t: s.t_max, triangle: INVALID, uv: [0.0; 2] };
         let tests = self.walk(nodes, &s, &mut nearest, |place, _| {
-            occluded |= self.meet(&s, self.triangle(place).0).is_some_and(|m| {
+            occluded |= self.meet(&s, self.triangle(place).0, s.t_max).is_some_and(|m| {
                 let t = m.depth * (1.0 / m.det);
                 t >= s.t_min && t <= s.t_max.min(f32::MAX)
             });
@@ -317,11 +375,11 @@ impl Tree<'_> {
 
     /// Input indices of all triangles of the tree that the line of `ray` meets: no boxes, no order.
     pub fn crossed(&self, ray: &Ray) -> Vec<u32> {
-        let s = prepare(ray, self.space);
+        let s = Setup { t_min: f32::NEG_INFINITY, ..prepare(ray, self.space) };
         let count = self.tree.triangles.len() as u32 / TRIANGLE_WORDS;
         let index_if_met = |place: u32| {
             let (corners, index) = self.triangle(place);
-            self.meet(&s, corners).map(|_| index)
+            self.meet(&s, corners, f32::INFINITY).map(|_| index)
         };
         if s.valid { (0..count).filter_map(index_if_met).collect() } else { vec![] }
     }

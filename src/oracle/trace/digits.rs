@@ -1,5 +1,7 @@
 //! Twin of `glsl/lib/digits.glsl`: x · ((p − o) × (q − o)) of single-precision vectors, exactly, by integers.
 
+use super::double_single::Pair;
+
 type V3 = [f32; 3];
 
 /// Digits of base 2²⁴, the first of weight 2⁻⁴⁴⁷.
@@ -9,46 +11,12 @@ const MASK: u128 = 0x00ff_ffff;
 /// 2²⁴.
 const BASE: f32 = 16_777_216.0;
 
-/// (hi + lo) · 2^exponent; hi is 0 exactly where that is.
+/// value · 2^exponent; the value's upper part is 0 exactly where that is.
 #[derive(Debug, Clone, Copy)]
-pub struct Pair {
-    pub hi: f32,
-    pub lo: f32,
+pub struct Sum {
+    /// Between 2²³ and 2⁴⁸, or 0.
+    pub value: Pair,
     pub exponent: i32,
-}
-
-impl Pair {
-    /// The sum of two of like signs and exponents.
-    pub fn plus(self, other: Self) -> Self {
-        let [hi, lost] = exact_sum(self.hi, other.hi);
-        Self { hi, lo: lost + (self.lo + other.lo), exponent: self.exponent }
-    }
-
-    /// (hi + lo) / (hi + lo), less than an ulp off.
-    pub fn over(self, other: Self) -> f32 {
-        let rough = self.hi / other.hi;
-        let [hi, lo] = exact_product(rough, other.hi);
-        let rest = (self.hi - hi) - lo + (self.lo - rough * other.lo);
-        rough + rest / other.hi
-    }
-}
-
-/// a + b as a float and what it lacks.
-fn exact_sum(a: f32, b: f32) -> [f32; 2] {
-    let sum = a + b;
-    let share = sum - a;
-    [sum, (a - (sum - share)) + (b - share)]
-}
-
-/// a · b likewise \[DEKKER71\].
-fn exact_product(a: f32, b: f32) -> [f32; 2] {
-    let upper = |x: f32| {
-        let wide = x * 4097.0;
-        wide - (wide - x)
-    };
-    let (hi, [x, y]) = (a * b, [a, b].map(upper));
-    let [below_x, below_y] = [a - x, b - y];
-    [hi, ((x * y - hi) + x * below_y + below_x * y) + below_x * below_y]
 }
 
 /// A sum of products, and the first and last digits that may not be 0.
@@ -80,7 +48,7 @@ impl Digits {
     }
 
     /// The sum to a share of 2⁻⁴⁶.
-    fn value(&self) -> Pair {
+    fn value(&self) -> Sum {
         let (mut top, mut below, mut place, mut carry) = ([0; 3], [0; 2], 0, 0);
         for i in self.first..=(self.last + 1).min(DIGITS - 1) {
             let sum = self.all[i] + carry;
@@ -92,14 +60,14 @@ impl Digits {
             below = [digit, below[0]];
         }
         let [upper, lower, rest] = top.map(|digit| digit as f32);
-        let [hi, lo] = exact_sum(upper * BASE, lower);
+        let Pair { hi, lo } = Pair::exact_sum(upper * BASE, lower);
         let exponent = if hi == 0.0 { -1000 } else { 24 * (place - 1) - 447 };
-        Pair { hi, lo: lo + rest / BASE, exponent }
+        Sum { value: Pair { hi, lo: lo + rest / BASE }, exponent }
     }
 }
 
 /// The triple product; of a `point` x, with x − o in its place.
-pub fn exact_triple(x: V3, o: V3, p: V3, q: V3, point: bool) -> Pair {
+pub fn exact_triple(x: V3, o: V3, p: V3, q: V3, point: bool) -> Sum {
     let mut digits = Digits { all: [0; DIGITS], first: DIGITS, last: 0 };
     for (x, [p, q], away) in [(x, [p, q], false), (x, [q, o], false), (x, [o, p], false), (o, [p, q], true)] {
         for [i, j, k] in [[0, 1, 2], [1, 2, 0], [2, 0, 1]].into_iter().filter(|_| point || !away) {
@@ -137,10 +105,8 @@ mod tests {
             }
             let wide = |v: V3| v.map(f64::from);
             let [to_p, to_q] = [p, q].map(|v| Difference::new(wide(o), wide(v)));
-            let value = |pair: &Pair| {
-                (f64::from(pair.hi) + f64::from(pair.lo))
-                    * 2f64.powi(pair.exponent / 2)
-                    * 2f64.powi(pair.exponent - pair.exponent / 2)
+            let value = |sum: &Sum| {
+                sum.value.to_f64() * 2f64.powi(sum.exponent / 2) * 2f64.powi(sum.exponent - sum.exponent / 2)
             };
             let ours = [exact_triple(d, o, p, q, false), exact_triple(d, o, p, q, true)];
             let truth = [Difference::vector(wide(d)), Difference::new(wide(o), wide(d))]
@@ -148,15 +114,12 @@ mod tests {
             for (ours, truth) in ours.iter().zip(truth) {
                 let is = value(ours);
                 assert!((is - truth).abs() <= truth.abs() * 2f64.powi(-45), "{is:e}, not {truth:e}");
-                assert_eq!(ours.hi == 0.0, truth == 0.0);
+                assert_eq!(ours.value.hi == 0.0, truth == 0.0);
                 zeros += u32::from(truth == 0.0);
             }
             let [x, y] = ours;
-            if y.hi != 0.0 {
-                let [is, should] = [
-                    f64::from(x.over(y)),
-                    value(&Pair { exponent: 0, ..x }) / value(&Pair { exponent: 0, ..y }),
-                ];
+            if y.value.hi != 0.0 {
+                let [is, should] = [f64::from(x.value.over(y.value)), x.value.to_f64() / y.value.to_f64()];
                 assert!(
                     (is - should).abs() <= should.abs() * 1.001 / f64::from(BASE),
                     "{is:e}, not {should:e}"
