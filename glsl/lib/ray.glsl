@@ -5,10 +5,11 @@
 // are moved by −anchor besides, so that their coordinates are small however far from the origin the scene lies.
 //
 // Box padding. A hit that the triangle test reports lies within PAD · R of the ray in each axis and in depth, where R
-// is the largest coordinate difference between the ray's origin and the scene: the triangle is hit for certain, at a t that
-// is rounded (1 u, u = 2⁻²⁴; without the robust test the difference v − o, a division and two products, 8 u); the boxes' coordinates are rounded (1 u), their planes'
-// distances from the node's corner (1 u), the moved origin (1 u), the reciprocal direction (5 u), and of a plane two
-// products and three sums (5 u; steps are powers of two). That is 21 u; PAD is 32 u. Boxes larger by PAD · R on every side contain every hit, so no ray falls between two of them.
+// is the largest coordinate difference between the ray's origin and the scene: the robust test rounds t (1⅛ u, u = 2⁻²⁴),
+// the fast one v − o and products (8 u); the boxes' coordinates are rounded (1 u), their planes' distances from the node's
+// corner (1 u), the moved origin (1 u), the reciprocal direction (5 u), and of a plane two products and three sums (5 u;
+// steps are powers of two). That is 21 u; PAD is 32 u. Boxes larger by PAD · R on every side contain every hit, so no ray
+// falls between two of them.
 const float PAD = 32.0 / 16777216.0;
 // Padding in a node's frame, times its stretch (lib/frame.glsl). A row of the rotation has components that sum to √3 at
 // most, so what was off by e an axis is off by √3 e: the hit (8 u √3), the corner less the anchor and the moved origin
