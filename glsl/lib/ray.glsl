@@ -5,17 +5,17 @@
 // are moved by −anchor besides, so that their coordinates are small however far from the origin the scene lies.
 //
 // Box padding. A hit that the triangle test reports lies within PAD · R of the ray in each axis and in depth, where R
-// is the largest coordinate difference between the ray's origin and the scene: the robust test rounds t (1⅛ u, u = 2⁻²⁴),
-// the fast one v − o and products (8 u); the boxes' coordinates are rounded (1 u), their planes' distances from the node's
+// is the largest coordinate difference between the ray's origin and the scene: the robust test is exact but
+// for t, which it rounds (1⅛ u, u = 2⁻²⁴); the boxes' coordinates are rounded (1 u), their planes' distances from the node's
 // corner (1 u), the moved origin (1 u), the reciprocal direction (5 u), and of a plane two products and three sums (5 u;
-// steps are powers of two). That is 21 u; PAD is 32 u. Boxes larger by PAD · R on every side contain every hit, so no ray
-// falls between two of them.
+// steps are powers of two). That is less than 15 u; PAD is 32 u. Boxes larger by PAD · R on every side contain every robust
+// hit, so no ray falls between two of them. Of the fast test's hits, whose errors grow with slenderness, it is not said.
 const float PAD = 32.0 / 16777216.0;
 // Padding in a node's frame, times its stretch (lib/frame.glsl). A row of the rotation has components that sum to √3 at
-// most, so what was off by e an axis is off by √3 e: the hit (8 u √3), the corner less the anchor and the moved origin
+// most, so what was off by e an axis is off by √3 e: the hit (1⅛ u √3), the corner less the anchor and the moved origin
 // (1 u √3 each). Three products and two sums (3 u √3) take the corner, the origin and, over the distance R, the direction
 // into the frame. Distances from the node's corner, up to twice as long, are rounded (2 u √3); reciprocals and planes as
-// above, of lengths up to √3 R (10 u √3). That is 54 u; PAD_ORIENTED is 64 u.
+// above, of lengths up to √3 R (10 u √3). That is less than 32 u; PAD_ORIENTED is 64 u.
 const float PAD_ORIENTED = 64.0 / 16777216.0;
 // Direction components below this are raised to it, with their sign: over the distance R that moves the ray by
 // 2⁻⁴⁰ R, far less than the padding, and ±0 needs no case of its own.
