@@ -15,7 +15,7 @@ const float PAD = 32.0 / 16777216.0;
 // most, so what was off by e an axis is off by √3 e: the hit (1⅛ u √3), the corner less the anchor and the moved origin
 // (1 u √3 each). Three products and two sums (3 u √3) take the corner, the origin and, over the distance R, the direction
 // into the frame. Distances from the node's corner, up to twice as long, are rounded (2 u √3); reciprocals and planes as
-// above, of lengths up to √3 R (10 u √3). That is less than 32 u; PAD_ORIENTED is 64 u.
+// above, of lengths up to √3 R (10 u √3). That is 42 u; PAD_ORIENTED is 64 u.
 const float PAD_ORIENTED = 64.0 / 16777216.0;
 // Direction components below this are raised to it, with their sign: over the distance R that moves the ray by
 // 2⁻⁴⁰ R, far less than the padding, and ±0 needs no case of its own.
