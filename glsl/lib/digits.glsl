@@ -1,5 +1,5 @@
-// x · ((p − o) × (q − o)) of single-precision vectors, exactly, by integers alone: for devices without doubles, whatever
-// they round and flush. Wants lib/double_single.glsl.
+// x · ((p − o) × (q − o)) of single-precision vectors, exactly, by integers alone: whatever a device rounds
+// and flushes. Wants lib/double_single.glsl.
 
 // A sum of products of three floats as signed digits of base 2²⁴, the first of weight 2⁻⁴⁴⁷, that of three of the least
 // floats. Of 24 products a digit is less than 2²⁹, so carries wait. The last product ends at bit 3 · 253 + 72.

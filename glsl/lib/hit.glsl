@@ -11,127 +11,38 @@ uint leaf_count(uint reference) { return ((reference & ~LEAF_BIT) >> (31 - LEAF_
 // x, y, z in the order of s.axes.
 vec3 turned(Setup s, vec3 p) { return s.axes.z == 2 ? p : s.axes.z == 1 ? p.zxy : p.yzx; }
 
-// What a triangle test knows: the hit at t = depth / det, weights of the second and third corner = uv / det.
+// Where a ray meets a triangle: u and v are the weights of the second and third corner.
 struct Meeting {
-    float depth;
-    float det;
+    float t;
     vec2 uv;
 };
 
-#ifdef FLOAT64
-#include "lib/triple.glsl"
-
-// The test in double precision. Signs are those of exact arithmetic and the triangle is closed: of the triangles around a
-// vertex that a ray goes through, at least one is hit, and no other triangle is.
-bool meet_in_doubt(Setup s, PackedTriangle t, float limit, out Meeting m) {
-    dvec3 d = dvec3(turned(s, s.direction)), o = dvec3(s.origin);
-    dvec3 a = dvec3(turned(s, t.a)), b = dvec3(turned(s, t.b)), c = dvec3(turned(s, t.c));
-    bvec3 sure;
-    dvec3 weight = dvec3(triple(d, o, c, b, sure.x), triple(d, o, a, c, sure.y), triple(d, o, b, a, sure.z));
-    // In one place, for drivers that run what no ray of a subgroup wants.
-    if (!all(sure)) {
-        for (int k = 0; k < 3; ++k) {
-            double exact = sure.x ? weight.x : exact_triple(d, o, c, b);
-            weight = dvec3(weight.yz, exact);
-            sure = bvec3(sure.yz, true);
-            dvec3 first = a;
-            a = b;
-            b = c;
-            c = first;
-        }
-    }
-    double u = weight.x, v = weight.y, w = weight.z;
-    if ((u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0)) return false;
-    precise double det = u + v + w;
-    if (det == 0.0) return false;
-    precise double depth = (u * (a.z - o.z) + v * (b.z - o.z) + w * (c.z - o.z)) / (det * d.z);
-    m = Meeting(float(depth), 1.0, vec2(float(v / det), float(w / det)));
-    return true;
-}
-#else
-#include "lib/double_single.glsl"
-#include "lib/digits.glsl"
-
-// A triple product of double-single vectors is off by 28 u² = 2⁻⁴³ of its products' sizes, these by 2⁻²²: what is larger than
-// twice that has its sign, and what is 2⁻¹⁵ of them is right to an eighth of an ulp. Of numbers below 2⁻⁶⁰, for as long as no
-// coordinate is above 2²⁰, what underflowed might count.
-const float PAIR_DOUBT = 1.0 / 4398046511104.0;
-const float PAIR_RIGHT = 1.0 / 32768.0;
-const float PAIR_LEAST = 1.0 / 1152921504606846976.0;
-
+// What is known of a meeting.
 const uint PASSED_BY = 0u;
 const uint MET = 1u;
 const uint UNKNOWN = 2u;
 
-// In double-single precision: whether the triangle is met, at a t that is not surely out of the range up to `limit`. With x
-// the corner a less the origin, n = e₂ × e₁ and h = d × x: det = d·n, t det = x·n, the weights of b and c h·e₂ and −h·e₁.
-uint meet_by_pairs(vec3 d, vec3 o, vec3 a, vec3 b, vec3 c, float t_min, float limit, float reach, out Meeting m) {
-    Pairs x = exact_sum(a, -o), e1 = exact_sum(b, -a), e2 = exact_sum(c, -a), line = Pairs(d, vec3(0.0));
-    Pairs n = cross_of(e2, e1), h = cross_of(line, x);
-    vec2 det = dot_of(line, n), depth = dot_of(x, n), v = dot_of(h, e2), w = -dot_of(h, e1);
-    vec2 u = sum_of(det, -sum_of(v, w));
-
-    vec3 n_size = outer_size(e2.hi, e1.hi), h_size = outer_size(d, x.hi);
-    float det_size = inner_size(d, n_size), depth_size = inner_size(x.hi, n_size);
-    precise float v_off = PAIR_DOUBT * inner_size(h_size, e2.hi) + PAIR_LEAST;
-    precise float w_off = PAIR_DOUBT * inner_size(h_size, e1.hi) + PAIR_LEAST;
-    precise float u_off = PAIR_DOUBT * det_size + (v_off + w_off);
-    precise float det_least = PAIR_RIGHT * det_size + PAIR_LEAST, depth_least = PAIR_RIGHT * depth_size + PAIR_LEAST;
-    float size = abs(det.x);
-    if (!(reach < 1048576.0 && size > det_least)) return UNKNOWN;
-    vec3 off = vec3(u_off, v_off, w_off), weights = det.x > 0.0 ? vec3(u.x, v.x, w.x) : -vec3(u.x, v.x, w.x);
-    if (any(lessThan(weights, -off))) return PASSED_BY;
-    vec3 tuv = quotients(Pairs(vec3(depth.x, v.x, w.x), vec3(depth.y, v.y, w.y)), det);
-    precise float t_off = (PAIR_DOUBT * depth_size + PAIR_LEAST) / size + abs(tuv.x) * (8.0 / 16777216.0);
-    precise float latest = tuv.x + t_off, earliest = tuv.x - t_off;
-    if (latest < t_min || earliest > limit) return PASSED_BY;
-    if (any(lessThan(weights, off)) || !(abs(depth.x) > depth_least)) return UNKNOWN;
-    m = Meeting(tuv.x, 1.0, tuv.yz);
-    return MET;
-}
-
-// The test in double-single precision and, where that can't tell, by integers: as if in exact arithmetic. t is less than an
-// ulp off, however the triangle lies. Of those that are surely beyond `limit` nothing is met.
-bool meet_in_doubt(Setup s, PackedTriangle t, float limit, out Meeting m) {
-    if (!finite(s.reach)) return false;
-    vec3 d = turned(s, s.direction), a = turned(s, t.a), b = turned(s, t.b), c = turned(s, t.c);
-    uint known = meet_by_pairs(d, s.origin, a, b, c, s.t_min, limit, s.reach, m);
-    if (known != UNKNOWN) return known == MET;
-    vec2 weight[3], depth;
-    ivec3 exponents = ivec3(0);
-    int depth_exponent;
-    float least = 0.0, most = 0.0;
-    begin_digits();
-    // The weights, each of the corner a; then t · det.
-    for (int k = 0; k < 4; ++k) {
-        depth = exact_triple(k < 3 ? d : a, s.origin, c, b, k == 3, depth_exponent);
-        if (k == 3) break;
-        least = min(least, depth.x);
-        most = max(most, depth.x);
-        if (least < 0.0 && most > 0.0) return false;
-        weight[k] = depth;
-        exponents[k] = depth_exponent;
-        vec3 first = a;
-        a = b;
-        b = c;
-        c = first;
-    }
-    if (least == most) return false;
-    // The weights are of like signs: what a shift to the largest exponent loses, the largest outweighs.
-    int exponent = max(exponents.x, max(exponents.y, exponents.z));
-    vec2 det = vec2(0.0);
-    for (int k = 0; k < 3; ++k) {
-        int shift = exponents[k] - exponent;
-        vec2 sum = exact_sum(det.x, scaled(weight[k].x, shift));
-        det = vec2(sum.x, sum.y + (det.y + scaled(weight[k].y, shift)));
-    }
-    vec3 tuv = quotients(Pairs(vec3(depth.x, weight[1].x, weight[2].x), vec3(depth.y, weight[1].y, weight[2].y)), det);
-    // Scaled last, so that no quotient is near what devices may take for 0.
-    vec2 uv = vec2(scaled(tuv.y, exponents.y - exponent), scaled(tuv.z, exponents.z - exponent));
-    m = Meeting(scaled(tuv.x, depth_exponent - exponent), 1.0, uv);
-    return true;
-}
+#include "lib/double_single.glsl"
+#ifdef FLOAT64
+#include "lib/by_doubles.glsl"
+#else
+#include "lib/by_pairs.glsl"
 #endif
+#include "lib/by_integers.glsl"
+
+// The test in higher precision and, where that can't tell, by integers: as if in exact arithmetic. t is less than an ulp off,
+// however the triangle lies. Of those that are surely beyond `limit` nothing is met.
+bool meet_in_doubt(Setup s, PackedTriangle t, float limit, out Meeting m) {
+    vec3 d = turned(s, s.direction), a = turned(s, t.a), b = turned(s, t.b), c = turned(s, t.c);
+#ifdef FLOAT64
+    uint known = meet_by_doubles(d, s.origin, a, b, c, s.t_min, limit, m);
+#else
+    // Beyond, products might overflow.
+    uint known = s.reach < 1048576.0 ? meet_by_pairs(d, s.origin, a, b, c, s.t_min, limit, m) : UNKNOWN;
+#endif
+    if (known == UNKNOWN && finite(s.reach)) known = meet_by_integers(d, s.origin, a, b, c, m) ? MET : PASSED_BY;
+    return known == MET;
+}
 
 // [WOOP13]: shears the triangle so that the ray is the z axis, then takes the signs of three 2-D edge functions.
 // Differs: what rounding may have turned, and all that is met, is met again in higher precision
@@ -169,7 +80,11 @@ bool meet_fast(Setup s, PackedTriangle t, out Meeting m) {
     vec3 q = cross(from, e1);
     float v = dot(direction, q) * sign_of;
     if (det == 0.0 || u < 0.0 || v < 0.0 || u + v > abs(det)) return false;
-    m = Meeting(dot(e2, q) * sign_of, abs(det), vec2(u, v));
+    precise float over = 1.0 / abs(det);
+    float depth = dot(e2, q) * sign_of;
+    precise float at = depth * over;
+    precise vec2 uv = vec2(u, v) * over;
+    m = Meeting(at, uv);
     return true;
 }
 
@@ -186,18 +101,16 @@ bool meet_triangle(Setup s, PackedTriangle triangle, inout Nearest nearest) {
     Meeting m;
     bool met = ROBUST != 0 ? meet_robust(s, triangle, nearest.t, m) : meet_fast(s, triangle, m);
     if (!met) return false;
-    precise float over = 1.0 / m.det;
-    precise float t = m.depth * over;
     // Of a determinant too small for its reciprocal t would be infinite, and no number of u and v.
-    if (!(t >= s.t_min && t <= min(nearest.t, 3.4028235e38))) return false;
+    if (!(m.t >= s.t_min && m.t <= min(nearest.t, 3.4028235e38))) return false;
     if (ANY != 0) {
         nearest.triangle = 0;
         return true;
     }
-    if (t == nearest.t && triangle.index >= nearest.triangle) return false;
-    nearest.t = t;
+    if (m.t == nearest.t && triangle.index >= nearest.triangle) return false;
+    nearest.t = m.t;
     nearest.triangle = triangle.index;
-    nearest.uv = m.uv * over;
+    nearest.uv = m.uv;
     return false;
 }
 

@@ -2,16 +2,18 @@
 //! give the same hits.
 
 mod binary;
+mod by_doubles;
+mod by_integers;
+mod by_pairs;
 mod digits;
 mod double_single;
 mod packed;
-mod triple;
 
 pub use binary::BinaryNodes;
 
-use self::digits::exact_triple;
-use self::double_single::{Pair, cross, difference, dot, inner_size, outer_size, upper};
-use self::triple::triple;
+use self::by_doubles::meet_by_doubles;
+use self::by_integers::meet_by_integers;
+use self::by_pairs::meet_by_pairs;
 use super::morton::Space;
 use crate::abi::{Hit, INVALID, LEAF_BIT, Ray, TRIANGLE_WORDS, Tests};
 use crate::bvh::{Child, HostTree};
@@ -137,13 +139,11 @@ fn entered(key: i32) -> f32 {
     f32::from_bits((if key < 0 { key | 3 } else { key & !3 }) as u32)
 }
 
-/// What a triangle test knows: the hit at t = depth / det, weights of the second and third corner = uv / det.
+/// Where a ray meets a triangle.
 #[derive(Debug, Clone, Copy)]
 pub struct Meeting {
-    /// t · det.
-    pub depth: f32,
-    /// Sum of the weights.
-    pub det: f32,
+    /// In lengths of the scaled direction.
+    pub t: f32,
     /// Weights of the second and third corner.
     pub uv: [f32; 2],
 }
@@ -164,97 +164,25 @@ pub fn meet(s: &Setup, corners: [V3; 3], limit: f32, wide: bool) -> Option<Meeti
         return None;
     }
     let corners = corners.map(|p| s.axes.map(|k| p[k]));
-    if wide {
-        return meet_by_doubles(s, corners);
-    }
-    match meet_by_pairs(s, corners, limit) {
+    let known = match wide {
+        true => meet_by_doubles(s, corners, limit),
+        // Beyond, products might overflow.
+        false if s.reach < 1_048_576.0 => meet_by_pairs(s, corners, limit),
+        false => Known::Unknown,
+    };
+    match known {
         Known::Met(m) => Some(m),
-        Known::Missed => None,
-        Known::Nothing => meet_by_integers(s, corners),
+        Known::PassedBy => None,
+        Known::Unknown if s.reach.is_finite() => meet_by_integers(s, corners),
+        Known::Unknown => None,
     }
 }
 
-/// What double-single precision can tell.
+/// What is known of a meeting.
 enum Known {
     Met(Meeting),
-    Missed,
-    Nothing,
-}
-
-/// 2⁻⁴²: see `glsl/lib/hit.glsl`.
-const PAIR_DOUBT: f32 = 1.0 / 4_398_046_511_104.0;
-/// 2⁻¹⁵.
-const PAIR_RIGHT: f32 = 1.0 / 32_768.0;
-/// 2⁻⁶⁰.
-const PAIR_LEAST: f32 = 1.0 / 1_152_921_504_606_846_976.0;
-
-/// `corners` in the order of `axes`.
-fn meet_by_pairs(s: &Setup, [a, b, c]: [V3; 3], limit: f32) -> Known {
-    let [x, e1, e2] = [difference(a, s.origin), difference(b, a), difference(c, a)];
-    let line = s.direction.map(Pair::new);
-    let (n, h) = (cross(&e2, &e1), cross(&line, &x));
-    let (det, depth, v, w) = (dot(&line, &n), dot(&x, &n), dot(&h, &e2), dot(&h, &e1).negated());
-    let u = det.plus(v.plus(w).negated());
-
-    let [x, e1, e2] = [x, e1, e2].map(|e| upper(&e));
-    let (n_size, h_size) = (outer_size(e2, e1), outer_size(s.direction, x));
-    let (det_size, depth_size) = (inner_size(s.direction, n_size), inner_size(x, n_size));
-    let [v_off, w_off] = [e2, e1].map(|e| PAIR_DOUBT * inner_size(h_size, e) + PAIR_LEAST);
-    let off = [PAIR_DOUBT * det_size + (v_off + w_off), v_off, w_off];
-    let [det_least, depth_least] = [det_size, depth_size].map(|size| PAIR_RIGHT * size + PAIR_LEAST);
-    let size = det.hi.abs();
-    if !(s.reach < 1_048_576.0 && size > det_least) {
-        return Known::Nothing;
-    }
-    let weights = [u, v, w].map(|w| if det.hi > 0.0 { w.hi } else { -w.hi });
-    if weights.iter().zip(off).any(|(w, off)| *w < -off) {
-        return Known::Missed;
-    }
-    let t = depth.over(det);
-    let t_off = (PAIR_DOUBT * depth_size + PAIR_LEAST) / size + t.abs() * (8.0 / 16_777_216.0);
-    if t + t_off < s.t_min || t - t_off > limit {
-        return Known::Missed;
-    }
-    if weights.iter().zip(off).any(|(w, off)| *w < off) || depth.hi.abs() <= depth_least {
-        return Known::Nothing;
-    }
-    Known::Met(Meeting { depth: t, det: 1.0, uv: [v.over(det), w.over(det)] })
-}
-
-/// `corners` in the order of `axes`.
-fn meet_by_integers(s: &Setup, [a, b, c]: [V3; 3]) -> Option<Meeting> {
-    if !s.reach.is_finite() {
-        return None;
-    }
-    let weights = [[c, b], [a, c], [b, a]].map(|[p, q]| exact_triple(s.direction, s.origin, p, q, false));
-    let least = weights.iter().fold(0.0, |x, w| f32::min(x, w.value.hi));
-    let most = weights.iter().fold(0.0, |x, w| f32::max(x, w.value.hi));
-    if (least < 0.0 && most > 0.0) || least == most {
-        return None;
-    }
-    let depth = exact_triple(a, s.origin, c, b, true);
-    let exponent = weights.iter().map(|w| w.exponent).max()?;
-    let mut det = Pair::new(0.0);
-    for w in &weights {
-        let shift = w.exponent - exponent;
-        let sum = Pair::exact_sum(det.hi, scaled(w.value.hi, shift));
-        det = Pair { hi: sum.hi, lo: sum.lo + (det.lo + scaled(w.value.lo, shift)) };
-    }
-    let [t, v, w] = [depth, weights[1], weights[2]].map(|x| scaled(x.value.over(det), x.exponent - exponent));
-    Some(Meeting { depth: t, det: 1.0, uv: [v, w] })
-}
-
-fn meet_by_doubles(s: &Setup, corners: [V3; 3]) -> Option<Meeting> {
-    let (d, o) = (s.direction.map(f64::from), s.origin.map(f64::from));
-    let [a, b, c] = corners.map(|p| p.map(f64::from));
-    let (u, v, w) = (triple(d, o, c, b), triple(d, o, a, c), triple(d, o, b, a));
-    let signs = [u, v, w];
-    let det = u + v + w;
-    if (signs.iter().any(|x| *x < 0.0) && signs.iter().any(|x| *x > 0.0)) || det == 0.0 {
-        return None;
-    }
-    let depth = (u * (a[2] - o[2]) + v * (b[2] - o[2]) + w * (c[2] - o[2])) / (det * d[2]);
-    Some(Meeting { depth: depth as f32, det: 1.0, uv: [(v / det) as f32, (w / det) as f32] })
+    PassedBy,
+    Unknown,
 }
 
 /// The nearest hit so far.
@@ -339,10 +267,9 @@ impl Tree<'_> {
         let tests = self.walk(nodes, &s, &mut nearest, |place, nearest| {
             let (corners, index) = self.triangle(place);
             let Some(m) = self.meet(&s, corners, nearest.t) else { return false };
-            let over = 1.0 / m.det;
-            let t = m.depth * over;
+            let t = m.t;
             if t >= s.t_min && t <= nearest.t.min(f32::MAX) && (t != nearest.t || index < nearest.triangle) {
-                *nearest = Nearest { t, triangle: index, uv: m.uv.map(|w| w * over) };
+                *nearest = Nearest { t, triangle: index, uv: m.uv };
             }
             false
         });
@@ -364,10 +291,7 @@ impl Tree<'_> {
         let mut occluded = false;
         let mut nearest = Nearest { t: s.t_max, triangle: INVALID, uv: [0.0; 2] };
         let tests = self.walk(nodes, &s, &mut nearest, |place, _| {
-            occluded |= self.meet(&s, self.triangle(place).0, s.t_max).is_some_and(|m| {
-                let t = m.depth * (1.0 / m.det);
-                t >= s.t_min && t <= s.t_max.min(f32::MAX)
-            });
+            occluded |= self.meet(&s, self.triangle(place).0, s.t_max).is_some_and(|m| m.t >= s.t_min && m.t <= s.t_max.min(f32::MAX));
             occluded
         });
         (if occluded { Hit { t: 0.0, ..Hit::MISS } } else { Hit::MISS }, tests)

@@ -1,0 +1,28 @@
+//! Twin of `glsl/lib/by_integers.glsl`: ray against triangle as if in exact arithmetic.
+
+use super::digits::exact_triple;
+use super::double_single::Pair;
+use super::{Meeting, Setup, V3, scaled};
+
+/// `corners` in the order of `axes`.
+pub(super) fn meet_by_integers(s: &Setup, [a, b, c]: [V3; 3]) -> Option<Meeting> {
+    if a == b || b == c || c == a {
+        return None;
+    }
+    let weights = [[c, b], [a, c], [b, a]].map(|[p, q]| exact_triple(s.direction, s.origin, p, q, false));
+    let least = weights.iter().fold(0.0, |x, w| f32::min(x, w.value.hi));
+    let most = weights.iter().fold(0.0, |x, w| f32::max(x, w.value.hi));
+    if (least < 0.0 && most > 0.0) || least == most {
+        return None;
+    }
+    let depth = exact_triple(a, s.origin, c, b, true);
+    let exponent = weights.iter().map(|w| w.exponent).max()?;
+    let mut det = Pair::new(0.0);
+    for w in &weights {
+        let shift = w.exponent - exponent;
+        let sum = Pair::exact_sum(det.hi, scaled(w.value.hi, shift));
+        det = Pair { hi: sum.hi, lo: sum.lo + (det.lo + scaled(w.value.lo, shift)) };
+    }
+    let [t, v, w] = [depth, weights[1], weights[2]].map(|x| scaled(x.value.over(det), x.exponent - exponent));
+    Some(Meeting { t, uv: [v, w] })
+}
