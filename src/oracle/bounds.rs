@@ -94,7 +94,9 @@ pub fn bound(ray: &Ray, corners: [[f32; 3]; 3], precision: Precision, wide: bool
     let view = View::new(ray, corners);
     let bound = match (precision, wide) {
         (Precision::Robust, true) => Some(view.robust(&hit, 7.0 * DOUBLE, [33.0 / 32.0; 2])),
-        (Precision::Robust, false) => Some(view.robust(&hit, 28.0 * SINGLE * SINGLE, [9.0 / 8.0, 17.0 / 16.0])),
+        (Precision::Robust, false) => {
+            Some(view.robust(&hit, 28.0 * SINGLE * SINGLE, [9.0 / 8.0, 17.0 / 16.0]))
+        }
         (Precision::Fast, _) => view.quotients(&hit),
     };
     bound.map_or(unknown, |b| Bound {

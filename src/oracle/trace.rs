@@ -291,7 +291,9 @@ impl Tree<'_> {
         let mut occluded = false;
         let mut nearest = Nearest { t: s.t_max, triangle: INVALID, uv: [0.0; 2] };
         let tests = self.walk(nodes, &s, &mut nearest, |place, _| {
-            occluded |= self.meet(&s, self.triangle(place).0, s.t_max).is_some_and(|m| m.t >= s.t_min && m.t <= s.t_max.min(f32::MAX));
+            occluded |= self
+                .meet(&s, self.triangle(place).0, s.t_max)
+                .is_some_and(|m| m.t >= s.t_min && m.t <= s.t_max.min(f32::MAX));
             occluded
         });
         (if occluded { Hit { t: 0.0, ..Hit::MISS } } else { Hit::MISS }, tests)

@@ -13,6 +13,8 @@ use std::f64::consts::FRAC_PI_4;
 pub enum Load {
     /// Little, as in most scenes.
     Light,
+    /// Hundreds of triangles that exact sums alone decide: no more rays than a quick run has.
+    Doubtful,
     /// Hundreds of nodes: fewer rays.
     Deep,
     /// Every triangle there is: two rays of a set at most, of a million triangles one, and no walk but one.
@@ -24,6 +26,7 @@ impl Load {
     pub(super) fn most_rays(self, effort: Effort) -> usize {
         match self {
             Self::Light => usize::MAX,
+            Self::Doubtful => Effort::Quick.rays(),
             Self::Deep => 24,
             Self::Full => effort.pick(2, 1),
         }
@@ -42,6 +45,11 @@ pub struct Case {
     /// How much a ray may meet.
     pub load: Load,
     make: fn(&mut Random, Effort) -> Vec<Corners>,
+}
+
+/// The same, of another load.
+const fn loaded(load: Load, case: Case) -> Case {
+    Case { load, ..case }
 }
 
 const fn case(
@@ -64,22 +72,28 @@ pub const CASES: &[Case] = &[
         copies((0..300).map(|_| r.point()), 0.0)
     }),
     case(Triangles, "zero-area", "two or three corners alike among good ones", zero_area),
-    case(Triangles, "collinear", "corners distinct, on a line: in the tree, never hit", collinear),
+    loaded(
+        Load::Doubtful,
+        case(Triangles, "collinear", "corners distinct, on a line: in the tree, never hit", collinear),
+    ),
     case(Triangles, "damaged", "NaN and infinite corners among good ones", damaged),
     case(Triangles, "needles", "1 wide, a million long, in strips", needles),
     case(Triangles, "slivers", "a closed ball pressed to a millionth", |_, e| {
         moved(&ball(e.pick(12, 24)), |p| p * DVec3::new(1.0, 1.0, 1e-6))
     }),
-    Case {
-        load: Load::Full,
-        ..case(Triangles, "alike", "one triangle, ten thousand or a million times", alike)
-    },
+    loaded(Load::Full, case(Triangles, "alike", "one triangle, ten thousand or a million times", alike)),
     case(Triangles, "opposite", "each triangle twice, the second wound the other way", |r, e| {
         let one = soup(r, e.pick(300, 1500), 0.3);
         one.iter().flat_map(|&[a, b, c]| [[a, b, c], [a, c, b]]).collect()
     }),
-    case(Triangles, "fan-vertex", "a thousand triangles around a vertex", |_, _| around_vertex(1000)),
-    case(Triangles, "fan-edge", "a thousand triangles around an edge", |_, _| around_edge(1000)),
+    loaded(
+        Load::Doubtful,
+        case(Triangles, "fan-vertex", "a thousand triangles around a vertex", |_, _| around_vertex(1000)),
+    ),
+    loaded(
+        Load::Doubtful,
+        case(Triangles, "fan-edge", "a thousand triangles around an edge", |_, _| around_edge(1000)),
+    ),
     case(Triangles, "huge-tiny", "a ball of 1e6 and one of 1e-6 in its middle", |_, e| {
         let one = ball(e.pick(10, 20));
         [1e6, 1e-6].iter().flat_map(|s| moved(&one, |p| p * *s)).collect()
@@ -128,7 +142,7 @@ pub const CASES: &[Case] = &[
     case(Coordinates, "turned-45", "houses at 45°", |r, e| turned(r, e, FRAC_PI_4)),
     case(Coordinates, "turned-45-less", "houses an ulp off 45°", |r, e| turned(r, e, FRAC_PI_4 - 1e-7)),
     case(Coordinates, "houses", "houses along the axes", |r, e| turned(r, e, 0.0)),
-    case(Codes, "equal-centres", "all boxes about one point", equal_centres),
+    loaded(Load::Doubtful, case(Codes, "equal-centres", "all boxes about one point", equal_centres)),
     case(Codes, "two-codes", "two places, and nothing between", |r, e| {
         let places = (0..e.pick(600, 6000)).map(|i| DVec3::splat(if i % 2 == 0 { -1.0 } else { 1.0 }));
         copies(places, 1e-9).into_iter().map(|c| c.map(|p| p + 1e-3 * r.share() * DVec3::Z)).collect()
@@ -147,22 +161,25 @@ pub const CASES: &[Case] = &[
     case(Depth, "halves", "each half as far from a corner as the one before", |_, e| {
         chain(e.pick(120, 240), 0.5)
     }),
-    case(Depth, "nearly-alike", "each a hundredth nearer than the one before", |_, e| {
-        chain(e.pick(1000, 5000), 0.99)
-    }),
+    loaded(
+        Load::Doubtful,
+        case(Depth, "nearly-alike", "each a hundredth nearer than the one before", |_, e| {
+            chain(e.pick(1000, 5000), 0.99)
+        }),
+    ),
     case(Depth, "code-chain", "each triangle parts at one more bit of its code", code_chain),
-    Case {
-        load: Load::Deep,
-        ..case(Depth, "nested", "each around all before it: a chain as long as the scene", |_, e| {
+    loaded(
+        Load::Deep,
+        case(Depth, "nested", "each around all before it: a chain as long as the scene", |_, e| {
             nested(e.pick(700, 2300), 1.001)
-        })
-    },
-    Case {
-        load: Load::Deep,
-        ..case(Depth, "too-deep", "a chain longer than any stack: refused, and said so", |_, _| {
+        }),
+    ),
+    loaded(
+        Load::Deep,
+        case(Depth, "too-deep", "a chain longer than any stack: refused, and said so", |_, _| {
             nested(4400, 1.001)
-        })
-    },
+        }),
+    ),
 ];
 
 impl Case {
@@ -183,7 +200,7 @@ impl Case {
         match (self.family, effort) {
             (Codes, _) => Morton::ALL.map(|morton| (morton, usual)).to_vec(),
             (Depth, Effort::Whole) => [usual, 1].map(|leaf| (Morton::Auto, leaf)).to_vec(),
-            (_, Effort::Whole) if self.load == Load::Light => {
+            (_, Effort::Whole) if self.load != Load::Full => {
                 vec![(Morton::Auto, usual), (Morton::Auto, 1), (Morton::Ext4, 64)]
             }
             _ => vec![(Morton::Auto, usual)],
