@@ -20,7 +20,7 @@ void grow(uint slot, Frame f, uint first, uint end, uint begin) {
             take_in(box, within(f, mine[t].c));
         }
     }
-    // One atomic a subgroup, and none where the extent is as large already.
+    // One atomic a subgroup and side.
     vec3 lo = subgroupMin(box.lo), hi = subgroupMax(box.hi);
     if (subgroupElect() && lo.x <= hi.x) {
         for (int k = 0; k < 3; ++k) {

@@ -18,7 +18,7 @@ pub struct PictureRow {
     pub file: String,
     /// Of a map: what a ray's tests cost in the mean, ns.
     pub mean_ns: f64,
-    /// The file's bytes, where it could be read.
+    /// The file's bytes.
     #[serde(skip)]
     pub png: Vec<u8>,
 }

@@ -151,8 +151,9 @@ impl Results {
     /// Files of its pictures, where its rows are at `path`, and what is in them.
     pub fn files_beside<'a>(&'a self, path: &Path) -> impl Iterator<Item = (PathBuf, &'a [u8])> {
         let folder = pictures_beside(path);
-        let there = self.pictures.iter().filter(|row| !row.png.is_empty());
-        there.filter_map(move |row| Some((folder.join(Path::new(&row.file).file_name()?), &row.png[..])))
+        self.pictures
+            .iter()
+            .filter_map(move |row| Some((folder.join(Path::new(&row.file).file_name()?), &row.png[..])))
     }
 
     /// As a file of rows.
@@ -191,19 +192,24 @@ impl Results {
                 Line::Build(row) => results.builds.push(*row),
                 Line::Rays(row) => results.rays.push(*row),
                 Line::Image(row) => results.images.push(*row),
-                Line::Picture(row) => results.pictures.push(*row),
+                Line::Picture(row) => {
+                    // Taken again, where its file was lost.
+                    results.pictures.retain(|r| r.key() != row.key());
+                    results.pictures.push(*row);
+                }
             }
         }
         Ok(results)
     }
 
-    /// Reads the files of its pictures, where its rows are at `path`; one that can't be read stays empty.
+    /// Reads the files of its pictures, where its rows are at `path`; without its file a picture counts as not taken.
     pub(super) fn read_pictures(&mut self, path: &Path) {
-        for row in &mut self.pictures {
+        self.pictures.retain_mut(|row| {
             // A name, not a way to elsewhere.
             let name = Path::new(&row.file).file_name().unwrap_or_default();
             row.png = fs::read(pictures_beside(path).join(name)).unwrap_or_default();
-        }
+            !row.png.is_empty()
+        });
     }
 }
 

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::gpu::{gpu, quiet_on};
-use crate::matrix::{max_leaf, narrow};
+use crate::matrix::{each_width, max_leaf};
 use crate::soup::{Corners, Random, aimed, moved, named, random, random_rays, ray, scene, sphere};
 use boxwood::abi::{Hit, Ray};
 use boxwood::bvh::{Recipe, SceneBuffers, build};
@@ -162,7 +162,7 @@ fn judge(
 
 #[test]
 fn errors_stay_within_their_bounds() {
-    for device in [gpu, narrow] {
+    for device in each_width() {
         let device = quiet_on(device);
         let wide = device.is_wide();
         let sets = sets(&device);
@@ -230,7 +230,7 @@ fn hits_are_those_of_exact_arithmetic() {
         let hit = truth.iter().filter(|t| **t).count();
         println!("{what}: {hit} of {} hit", rays.len());
         assert!(hit > 10 && hit < rays.len(), "{what}: {hit} of {} hit", rays.len());
-        for device in [gpu, narrow] {
+        for device in each_width() {
             let device = quiet_on(device);
             for recipe in [Recipe::default(), max_leaf(1), max_leaf(64)] {
                 for query in [Query::Closest, Query::Any] {
@@ -257,7 +257,7 @@ fn height(p: [f32; 3], [a, b, c]: Corners, direction: [f32; 3]) -> f64 {
 
 #[test]
 fn origins_are_off_by_what_rounding_does() {
-    for device in [gpu, narrow] {
+    for device in each_width() {
         let device = quiet_on(device);
         for (what, most) in [("sphere:2k", 200.0), ("sphere:20k", 80.0), ("city-rotated:2k", 1000.0)] {
             let scene = named(what);

@@ -2,14 +2,14 @@
 
 #![allow(clippy::unwrap_used)]
 
-use crate::gpu::{gpu, quiet, quiet_on};
-use crate::matrix::narrow;
+use crate::gpu::{quiet, quiet_on};
+use crate::matrix::each_width;
 use boxwood::bench::Costs;
 use std::fs;
 
 #[test]
 fn every_test_costs_something() {
-    for device in [gpu, narrow] {
+    for device in each_width() {
         let device = quiet_on(device);
         let costs = Costs::measured(&device, None).unwrap();
         assert!(costs.to_array().iter().all(|c| c.is_finite() && *c > 0.0), "{costs:?}");

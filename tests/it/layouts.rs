@@ -3,8 +3,8 @@
 
 #![allow(clippy::unwrap_used)]
 
-use crate::gpu::{Quiet, gpu, quiet, quiet_on};
-use crate::matrix::{gpu_shaped, narrow};
+use crate::gpu::{Quiet, quiet, quiet_on};
+use crate::matrix::{each_shape, narrow};
 use crate::orient::{rays, slivers};
 use crate::soup::{Corners, moved, named, random, scene};
 use boxwood::abi::{OBB_BIT, Ray, Tests};
@@ -70,7 +70,7 @@ fn aimed(scene: &Scene, at: f32) -> Vec<Ray> {
 
 #[test]
 fn hits_are_those_of_the_packed_tree() {
-    for device in [gpu, narrow, gpu_shaped] {
+    for device in each_shape() {
         let device = quiet_on(device);
         for name in ["city-rotated:3k", "hairball:3k", "sphere:3k"] {
             let scene = named(name);

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-use crate::gpu::{options, quiet, quiet_on};
+use crate::gpu::{gpu, options, quiet, quiet_on};
 use crate::soup::{grid, random, scene};
 use boxwood::abi::TAIL_CLUSTERS;
 use boxwood::bvh::{
@@ -28,9 +28,12 @@ pub fn max_leaf(max_leaf: u32) -> Recipe {
     Recipe { collapse, ..Recipe::default() }
 }
 
-/// A device on which kernels load word by word, as where there are no 64-bit integers.
+/// A device whose kernels do without 64-bit numbers.
 pub fn narrow() -> &'static Arc<Device> {
     static DEVICE: OnceLock<Arc<Device>> = OnceLock::new();
+    if !gpu().is_wide() {
+        return gpu();
+    }
     let options = Options { narrow: true, ..options() };
     DEVICE.get_or_init(|| Device::open(&options).unwrap())
 }
@@ -40,6 +43,21 @@ pub fn gpu_shaped() -> &'static Arc<Device> {
     static DEVICE: OnceLock<Arc<Device>> = OnceLock::new();
     let options = Options { shape: Some(Shape::gpu(256)), ..options() };
     DEVICE.get_or_init(|| Device::open(&options).unwrap())
+}
+
+/// Opens a device.
+pub type Opened = fn() -> &'static Arc<Device>;
+
+/// With 64-bit numbers, where there are such, and without.
+pub fn each_width() -> Vec<Opened> {
+    if gpu().is_wide() { vec![gpu, narrow] } else { vec![gpu] }
+}
+
+/// Likewise, and with the kernel shapes of a GPU.
+pub fn each_shape() -> Vec<Opened> {
+    let mut all = each_width();
+    all.push(gpu_shaped);
+    all
 }
 
 /// The tree of `scene` on `device`.
@@ -193,7 +211,7 @@ fn shapes_and_loads_do_not_show() {
         scene(&random(9001, 0.1, 5)),
         scene(&grid(9001)),
     ];
-    for (what, other) in [("GPU shapes", gpu_shaped as fn() -> _), ("narrow loads", narrow)] {
+    for (what, other) in [("GPU shapes", gpu_shaped as Opened), ("narrow loads", narrow)] {
         let device = quiet_on(other);
         for soup in &soups {
             assert_twin(what, &device, soup, &Recipe::default());

@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::gpu::{gpu, quiet, quiet_on};
-use crate::matrix::{assert_same_tree, assert_twin, build, gpu_shaped, narrow};
+use crate::matrix::{assert_same_tree, assert_twin, build, each_shape};
 use crate::orient::{found, rays, slivers, stats};
 use crate::soup::{Corners, grid, moved, named, random, scene};
 use boxwood::bvh::{self, Bases, Builder, Fit, Generator, HostTree, Recipe, SceneBuffers};
@@ -30,7 +30,7 @@ fn grouped(bases: u32) -> Arc<Device> {
 
 #[test]
 fn trees_equal_the_twins() {
-    for device in [gpu, narrow, gpu_shaped] {
+    for device in each_shape() {
         let device = quiet_on(device);
         for n in [0, 1, 2, 3, 7, 63, 65, 600, 2100] {
             for builder in [Builder::Ploc, Builder::Lbvh] {
@@ -73,7 +73,7 @@ fn own_bases_and_hybrids_equal_the_twin() {
 
 #[test]
 fn thresholds_equal_the_twin() {
-    for device in [gpu, narrow, gpu_shaped] {
+    for device in each_shape() {
         let device = quiet_on(device);
         for (name, soup) in [("slivers", scene(&slivers(1500, 7))), ("city", named("city-rotated:3k"))] {
             for threshold in [0, 1, 8, 60, 1500, 100_000] {

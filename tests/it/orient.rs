@@ -3,8 +3,8 @@
 
 #![allow(clippy::unwrap_used)]
 
-use crate::gpu::{gpu, quiet, quiet_on};
-use crate::matrix::{assert_twin, gpu_shaped, narrow};
+use crate::gpu::{quiet, quiet_on};
+use crate::matrix::{assert_twin, each_shape};
 use crate::soup::{Corners, grid, moved, named, random, random_rays, ray, scene};
 use boxwood::abi::{Hit, Ray};
 use boxwood::bvh::{self, Builder, Directions, Fit, Recipe, SceneBuffers};
@@ -37,7 +37,7 @@ pub fn stats(scene: &Scene, recipe: &Recipe) -> Stats {
 
 #[test]
 fn trees_equal_the_twins() {
-    for device in [gpu, narrow, gpu_shaped] {
+    for device in each_shape() {
         let device = quiet_on(device);
         for n in [0, 1, 2, 3, 7, 63, 64, 65, 600, 4100] {
             for builder in [Builder::Ploc, Builder::Lbvh] {
@@ -64,7 +64,7 @@ fn every_fit_equals_the_twin() {
 
 #[test]
 fn generated_directions_equal_the_twins() {
-    for device in [gpu, narrow, gpu_shaped] {
+    for device in each_shape() {
         let device = quiet_on(device);
         for directions in Directions::ALL {
             for (points, n) in [(12, 65), (14, 600), (20, 300), (26, 300)] {
@@ -94,7 +94,7 @@ fn directions_matter_and_want_dito() {
 
 #[test]
 fn local_search_equals_the_twins() {
-    for device in [gpu, narrow, gpu_shaped] {
+    for device in each_shape() {
         let device = quiet_on(device);
         for points in [12, 14, 20, 26] {
             for (n, local_search) in [(1, 24), (65, 1), (300, 24), (100, 100)] {
@@ -178,7 +178,7 @@ pub fn rays(soup: &[Corners], at: f32) -> Vec<Ray> {
 fn hits_are_those_of_the_axis_aligned_tree() {
     let far = |soup: &[Corners]| moved(soup, |p| p.map(|x| x + 1e4));
     let soups = [(slivers(3000, 8), 0.0), (random(3000, 0.2, 9), 0.0), (far(&slivers(1000, 10)), 1e4)];
-    for device in [gpu, narrow, gpu_shaped] {
+    for device in each_shape() {
         let device = quiet_on(device);
         for (soup, at) in &soups {
             let scene = scene(soup);

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::gpu::{gpu, quiet, quiet_on};
-use crate::matrix::{gpu_shaped, narrow};
+use crate::matrix::{each_width, gpu_shaped};
 use boxwood::abi::{Hit, Ray};
 use boxwood::bvh::{Bvh, Recipe, SceneBuffers, build};
 use boxwood::device::{Device, Timing};
@@ -318,7 +318,7 @@ fn convex_bodies_do_not_shade_themselves() {
         (far, Vec3::new(50.0, 2.0, 0.01)),
         (far * 1e4, Vec3::splat(1e6)),
     ];
-    for (device, (centre, size)) in [gpu, narrow].into_iter().flat_map(|d| cases.map(|case| (d, case))) {
+    for (device, (centre, size)) in each_width().into_iter().flat_map(|d| cases.map(|case| (d, case))) {
         let device = quiet_on(device);
         let stage = Stage::new(&device, octahedron(centre, size));
         let primaries = stage.look(&device, &View { camera: stage.scene.view(), width: 120, height: 90 });

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::gpu::{gpu, quiet, quiet_on};
-use crate::matrix::{gpu_shaped, narrow};
+use crate::matrix::{each_shape, gpu_shaped};
 use crate::soup::{random, random_rays, scene};
 use boxwood::abi::{Hit, Ray, UNORDERED_KEY};
 use boxwood::bvh::{Bvh, Recipe, SceneBuffers, build};
@@ -58,7 +58,7 @@ fn odd_rays() -> Vec<Ray> {
 
 #[test]
 fn the_order_is_the_twins_at_every_size() {
-    for device in [gpu, narrow, gpu_shaped] {
+    for device in each_shape() {
         let device = quiet_on(device);
         let shape = device.shape().clone();
         let (wg, tile) = (shape.workgroup as usize, (shape.workgroup * shape.items) as usize);

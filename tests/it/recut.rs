@@ -2,8 +2,8 @@
 
 #![allow(clippy::unwrap_used)]
 
-use crate::gpu::{gpu, quiet, quiet_on};
-use crate::matrix::{ODOP, assert_same_tree, assert_twin, build, gpu_shaped, narrow};
+use crate::gpu::{quiet, quiet_on};
+use crate::matrix::{ODOP, assert_same_tree, assert_twin, build, each_shape};
 use crate::orient::{found, rays, slivers, stats};
 use crate::soup::{grid, named, random, scene};
 use boxwood::bvh::{self, Builder, Collapse, Directions, Fit, Moment, Recipe, SceneBuffers};
@@ -17,7 +17,7 @@ fn after(fit: Fit) -> Recipe {
 
 #[test]
 fn trees_equal_the_twins() {
-    for device in [gpu, narrow, gpu_shaped] {
+    for device in each_shape() {
         let device = quiet_on(device);
         for n in [0, 1, 2, 3, 7, 64, 65, 600, 2100] {
             for builder in [Builder::Ploc, Builder::Lbvh] {

@@ -114,6 +114,31 @@ fn folders_are_merged() {
 }
 
 #[test]
+fn a_picture_whose_file_is_lost_is_missing_until_it_is_taken_again() {
+    let folder = Folder::new();
+    let bench = ["bench", "sphere:500", "--preset", "smoke", "--builders", "ploc", "--rays", "primary"];
+    let resumed = || {
+        let out = folder.run(&[&bench[..], &["--out", "r", "--resume"]].concat());
+        assert!(out.status.success(), "{}", text(&out));
+    };
+    resumed();
+    let (whole, picture) = (page(&folder, "r/report.html"), folder.path("r/pictures/1.png"));
+    let shown = |page: &str| page.matches("<img").count();
+    let bytes = fs::read(&picture).unwrap();
+    fs::remove_file(&picture).unwrap();
+    assert!(folder.run(&["report", "r", "--out", "lost.html"]).status.success());
+    let lost = page(&folder, "lost.html");
+    assert_eq!(shown(&lost) + 1, shown(&whole));
+    assert!(lost.contains("missing") && !whole.contains("rows are missing"), "it is not said");
+    resumed();
+    assert_eq!(fs::read(&picture).unwrap(), bytes);
+    assert_eq!(shown(&page(&folder, "r/report.html")), shown(&whole));
+    // The row of before and that of now are one picture.
+    assert!(folder.run(&["report", "r", "--out", "again.html"]).status.success());
+    assert_eq!(shown(&page(&folder, "again.html")), shown(&whole));
+}
+
+#[test]
 fn comparisons_are_gates() {
     let folder = folder();
     measured(&folder, &["--out", "a"]);
