@@ -207,7 +207,13 @@ impl Results {
         self.pictures.retain_mut(|row| {
             // A name, not a way to elsewhere.
             let name = Path::new(&row.file).file_name().unwrap_or_default();
-            row.png = fs::read(pictures_beside(path).join(name)).unwrap_or_default();
+            let file = pictures_beside(path).join(name);
+            let read = fs::read(&file);
+            if let Err(e) = &read {
+                let (file, what) = (file.display(), row.key());
+                tracing::warn!("can't read {file}: {e}; {what} is left out: `bench --resume` takes it again");
+            }
+            row.png = read.unwrap_or_default();
             !row.png.is_empty()
         });
     }
