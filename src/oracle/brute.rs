@@ -85,6 +85,13 @@ impl Ray64 {
         }
     }
 
+    /// Below this t may become 0 on a device: a distance of 2⁻¹²⁶ of `extent`, in whose units it reckons.
+    pub fn least_t(&self, extent: f64) -> f64 {
+        let largest = self.direction.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        // A device scales by powers of two: by what lies between half of these and all.
+        f64::from(f32::MIN_POSITIVE) * 2.0 * extent / largest
+    }
+
     /// The ray as a device sees it to which denormal numbers are 0: without coordinates of its origin and components of its
     /// direction that are below 2⁻¹²⁶ of `extent` and of its largest component.
     pub fn without_denormals(&self, extent: f64) -> Self {

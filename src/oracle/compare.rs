@@ -93,7 +93,8 @@ fn judge(tally: &mut Tally, at: usize, reference: &Reference, ray: &Ray, hit: &H
     let stable = || copies().all(|c| agrees(plain, reference.closest64(&c)));
     // +inf is a miss: a t beyond the floats is told as the largest of them.
     let told = expected.t.clamp(-f64::from(f32::MAX), f64::from(f32::MAX));
-    if (f64::from(hit.t) - told).abs() > SAME_SURFACE * told.abs() + GRAIN_OF_T {
+    let least = ray64.map_or(0.0, |r| r.least_t(reference.extent()));
+    if (f64::from(hit.t) - told).abs() > SAME_SURFACE * told.abs() + least.max(GRAIN_OF_T) {
         tally.fault(example(Fault::Leaked, stable()));
     } else if hit.triangle == expected.triangle {
         tally.agreement(hit, &Hit64 { t: told, ..expected });
@@ -271,6 +272,17 @@ mod tests {
         assert!(0.0 < t && t < 1e-43);
         assert_eq!(verdict(floor, near, Hit { t, ..hit }).leaked, 0);
         assert_eq!(verdict(floor, near, Hit { t: 1e-40, ..hit }).leaked, 1);
+    }
+
+    #[test]
+    fn a_t_that_is_no_distance_to_a_scene_may_be_0() {
+        let floor = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        let above = |z| Ray { origin: [0.25, 0.25, z], t_min: 0.0, direction: [0.0, 0.0, -1.0], t_max: 9.0 };
+        let hit = Hit { t: 0.0, triangle: 0, u: 0.25, v: 0.25 };
+        assert_eq!(verdict(floor, above(1e-38), hit).leaked, 0);
+        // An origin so near is nothing to the device either; one beyond is told, and so is t.
+        assert_eq!(verdict(floor, above(1e-37), hit).leaked_stable, 1);
+        assert_eq!(verdict(floor, above(1e-38), Hit { t: 1e-37, ..hit }).leaked, 1);
     }
 
     #[test]
