@@ -126,7 +126,7 @@ mod tests {
             png: png.to_vec(),
             ..PictureRow::default()
         };
-        run.pictures = vec![picture("1.png", b"sun"), picture("gone.png", b"")];
+        run.pictures = vec![picture("1.png", b"sun"), picture("gone.png", b"star")];
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("rows.jsonl");
         std::fs::write(&path, run.to_lines().unwrap()).unwrap();
@@ -135,6 +135,9 @@ mod tests {
             std::fs::write(file, bytes).unwrap();
         }
         assert_eq!(Results::read(&path).unwrap(), run);
+        std::fs::remove_file(dir.path().join("pictures/gone.png")).unwrap();
+        run.pictures.truncate(1);
+        assert_eq!(Results::read(&path).unwrap(), run, "without its file a picture is not there");
         run.pictures = vec![picture("../../1.png", b"moon")];
         let (file, _) = run.files_beside(&path).next().unwrap();
         assert_eq!(file, dir.path().join("pictures/1.png"), "nowhere else");

@@ -44,7 +44,7 @@ impl Pose {
     fn view(&self, device: &Quiet<'_>, eye: DVec3, target: DVec3) -> View {
         let up = (self.turn * DVec3::new(0.2, 1.0, 0.1)).as_vec3().to_array();
         let camera = Camera { eye: self.point(eye), target: self.point(target), up, fov_y: 100.0 };
-        let [width, height] = if device.is_wide() { [72, 54] } else { [44, 33] };
+        let [width, height] = if device.is_wide() { [72, 54] } else { [52, 39] };
         View { camera, width, height }
     }
 }

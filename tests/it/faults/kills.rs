@@ -19,7 +19,8 @@ fn started(folder: &Folder, args: &[&str]) -> Child {
 
 /// Sends a signal, to this process and no other, and waits for its end.
 fn killed(mut child: Child, signal: &str) -> ExitStatus {
-    Command::new("kill").args(["-s", signal, &child.id().to_string()]).output().unwrap();
+    // The shell's own: not every system has a program of that name.
+    Command::new("sh").args(["-c", "kill -s $0 $1", signal, &child.id().to_string()]).output().unwrap();
     child.wait().unwrap()
 }
 
