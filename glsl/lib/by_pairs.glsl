@@ -8,6 +8,15 @@ const float PAIR_DOUBT = 1.0 / 4398046511104.0;
 const float PAIR_RIGHT = 1.0 / 32768.0;
 const float PAIR_LEAST = 1.0 / 1152921504606846976.0;
 
+// Whether d · (c − a) × (b − a) has no term but 0, as where a triangle and a line lie in one plane along two axes.
+bool surely_zero(vec3 d, vec3 a, vec3 b, vec3 c) {
+    bvec3 b_as_a = equal(b, a), c_as_a = equal(c, a);
+    bool x = (c_as_a.y || b_as_a.z) && (c_as_a.z || b_as_a.y);
+    bool y = (c_as_a.z || b_as_a.x) && (c_as_a.x || b_as_a.z);
+    bool z = (c_as_a.x || b_as_a.y) && (c_as_a.y || b_as_a.x);
+    return (d.x == 0.0 || x) && (d.y == 0.0 || y) && (d.z == 0.0 || z);
+}
+
 // Whether the triangle is met, at a t that is not surely out of the range up to `limit`. With x the corner a less the
 // origin, n = e₂ × e₁ and h = d × x: det = d·n, t det = x·n, the weights of b and c h·e₂ and −h·e₁.
 uint meet_by_pairs(vec3 d, vec3 o, vec3 a, vec3 b, vec3 c, float t_min, float limit, out Meeting m) {
@@ -23,7 +32,7 @@ uint meet_by_pairs(vec3 d, vec3 o, vec3 a, vec3 b, vec3 c, float t_min, float li
     precise float u_off = PAIR_DOUBT * det_size + (v_off + w_off);
     precise float det_least = PAIR_RIGHT * det_size + PAIR_LEAST, depth_least = PAIR_RIGHT * depth_size + PAIR_LEAST;
     float size = abs(det.x);
-    if (!(size > det_least)) return UNKNOWN;
+    if (!(size > det_least)) return surely_zero(d, a, b, c) ? PASSED_BY : UNKNOWN;
     vec3 off = vec3(u_off, v_off, w_off), weights = det.x > 0.0 ? vec3(u.x, v.x, w.x) : -vec3(u.x, v.x, w.x);
     if (any(lessThan(weights, -off))) return PASSED_BY;
     vec3 tuv = quotients(Pairs(vec3(depth.x, v.x, w.x), vec3(depth.y, v.y, w.y)), det);

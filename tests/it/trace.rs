@@ -2,11 +2,11 @@
 
 #![allow(clippy::unwrap_used)]
 
-use crate::gpu::{Quiet, quiet, quiet_on};
+use crate::gpu::{Quiet, gpu, quiet, quiet_on};
 use crate::matrix::{gpu_shaped, max_leaf, narrow, radius};
 use crate::soup::{Random, aimed, grid, moved, named, random, random_rays, ray, scene, sphere};
 use boxwood::abi::{Hit, Ray, Tests};
-use boxwood::bvh::{self, Bvh, HostTree, Recipe, SceneBuffers};
+use boxwood::bvh::{self, Builder, Bvh, HostTree, Recipe, SceneBuffers};
 use boxwood::device::{Device, Timing};
 use boxwood::oracle::compare::{self, compare};
 use boxwood::oracle::morton::Space;
@@ -436,6 +436,30 @@ fn ties_go_to_the_lower_index() {
     let copies: Vec<_> = (0..5).flat_map(|_| one.clone()).collect();
     let hits = check(&device, "five copies", &scene(&copies), &random_rays(3000, 21));
     assert!(hits.iter().filter(|h| h.is_hit()).all(|h| h.triangle < 40));
+}
+
+/// t that no float tells apart tie, whichever is met first: of the one triangle it is 0, of the other 10⁻⁵⁷.
+#[test]
+fn ties_within_the_least_float_go_to_the_lower_index() {
+    let level = [[1e-10, 0.0, -1.0], [-1e-10, 0.0, -1.0], [0.0, 0.0, 1.0]];
+    let tilted = [[1e-10, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, -1e-30, -1e-3]];
+    let size = [[4.0, 4.0, 0.75], [4.0, 4.5, 0.75], [4.0, 4.0, 1.0]];
+    for device in [gpu, narrow] {
+        let device = quiet_on(device);
+        // In leaves triangles lie in the order of space, not of indices: of one of the mirrored scenes the wrong way round.
+        for (order, mirror) in
+            [[level, tilted, size], [tilted, level, size]].iter().flat_map(|o| [(o, 1.0), (o, -1.0)])
+        {
+            let mirrored = |[x, y, z]: [f32; 3]| [x, y, z * mirror];
+            let corners = order.map(|c| c.map(mirrored));
+            let ray = Ray { t_min: -1.0, ..ray(mirrored([0.0, 0.0, -1e-30]), [0.0, -1.0, 0.0]) };
+            for builder in Builder::ALL {
+                let traced = Traced::new(&device, &scene(&corners), &Recipe { builder, ..Recipe::default() });
+                let hits = traced.assert_twin(&format!("{builder:?}"), &[ray]);
+                assert_eq!((hits[0].t, hits[0].triangle), (0.0, 0), "{builder:?}: {corners:?}");
+            }
+        }
+    }
 }
 
 #[test]

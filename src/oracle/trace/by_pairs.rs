@@ -10,6 +10,14 @@ const PAIR_RIGHT: f32 = 1.0 / 32_768.0;
 /// 2⁻⁶⁰.
 const PAIR_LEAST: f32 = 1.0 / 1_152_921_504_606_846_976.0;
 
+/// Whether d · (c − a) × (b − a) has no term but 0.
+fn surely_zero(d: V3, a: V3, b: V3, c: V3) -> bool {
+    (0..3).all(|k| {
+        let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+        d[k] == 0.0 || (c[i] == a[i] || b[j] == a[j]) && (c[j] == a[j] || b[i] == a[i])
+    })
+}
+
 /// `corners` in the order of `axes`.
 pub(super) fn meet_by_pairs(s: &Setup, [a, b, c]: [V3; 3], limit: f32) -> Known {
     let [x, e1, e2] = [difference(a, s.origin), difference(b, a), difference(c, a)];
@@ -26,7 +34,7 @@ pub(super) fn meet_by_pairs(s: &Setup, [a, b, c]: [V3; 3], limit: f32) -> Known 
     let [det_least, depth_least] = [det_size, depth_size].map(|size| PAIR_RIGHT * size + PAIR_LEAST);
     let size = det.hi.abs();
     if size <= det_least || size.is_nan() {
-        return Known::Unknown;
+        return if surely_zero(s.direction, a, b, c) { Known::PassedBy } else { Known::Unknown };
     }
     let weights = [u, v, w].map(|w| if det.hi > 0.0 { w.hi } else { -w.hi });
     if weights.iter().zip(off).any(|(w, off)| *w < -off) {
