@@ -109,8 +109,14 @@ fn placed((scale, shift): (f32, f32), corners: &[Corners], rays: &[Ray]) -> (Vec
     (corners.iter().map(|c| c.map(put)).collect(), rays.iter().map(turned).collect())
 }
 
+/// 40 of each; more where proptest's own variable says so (`PROPTEST_CASES=5000 cargo test properties::`).
+fn cases() -> ProptestConfig {
+    let more = std::env::var_os("PROPTEST_CASES").is_some();
+    if more { ProptestConfig::default() } else { ProptestConfig::with_cases(40) }
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(40))]
+    #![proptest_config(cases())]
 
     #[test]
     fn device_twin_reference_and_brute_force_agree(
