@@ -4,7 +4,7 @@
 
 use crate::cli::Folder;
 use crate::gpu::{quiet, quiet_on};
-use crate::matrix::narrow;
+use crate::matrix::each_width;
 use boxwood::bvh::Method;
 use boxwood::stress::closed::{Fault, Plan, Row, Solid, run};
 use boxwood::trace::Precision;
@@ -38,8 +38,11 @@ fn no_ray_of_a_million_gets_out() {
 
 #[test]
 fn nor_without_doubles() {
-    let device = quiet_on(narrow);
-    assert_tight(&run(&device, &plan(200_000, &["ploc", "dito14"]), &|_| ()).unwrap(), 200_000);
+    // The first is the device of the test above.
+    for device in each_width().into_iter().skip(1) {
+        let device = quiet_on(device);
+        assert_tight(&run(&device, &plan(200_000, &["ploc", "dito14"]), &|_| ()).unwrap(), 200_000);
+    }
 }
 
 #[test]
