@@ -114,29 +114,28 @@ fn within_a_closed_body_all_is_occluded() {
         for pose in Pose::all() {
             for recipe in recipes() {
                 let stage = Stage::by(&device, pose.put(&body), &recipe);
-                // The diagonal of a cube, and twice as far.
-                let length = (7.0 * pose.scale) as f32;
-                for (eye, target) in
-                    [([0.1, -0.2, 0.3], [1.0, 0.4, 0.2]), ([-0.3, 0.2, 0.0], [-0.4, -0.3, -1.0])]
-                {
+                // The diagonal of a cube, and twice as far; and of any length.
+                let looks = [
+                    ([0.1, -0.2, 0.3], [1.0, 0.4, 0.2], (7.0 * pose.scale) as f32),
+                    ([-0.3, 0.2, 0.0], [-0.4, -0.3, -1.0], f32::INFINITY),
+                ];
+                for (eye, target, length) in looks {
                     let view = pose.view(&device, eye.into(), target.into());
                     let primaries = stage.look(&device, &view);
                     assert_eq!(met(&primaries), view.pixels(), "{what}, {pose:?}");
-                    for length in [length, f32::INFINITY] {
-                        let kind = Secondary { length, ..Secondary::ao(&stage.scene.bounds()) };
-                        let rays = stage.spawn(&device, &primaries, &kind, 1 << 20);
-                        let hits = stage.hits(&device, &rays);
-                        let open: Vec<&Ray> =
-                            rays.iter().zip(&hits).filter(|r| !r.1.is_hit()).map(|r| r.0).collect();
-                        let what = format!("{what}, {pose:?}, {:?}, rays of {length}", recipe.fit);
-                        // A hit within the rounding of its coordinates from another side, an edge of a turned box far off,
-                        // may have its origin beyond that side; no other ray gets out.
-                        let within = open.iter().filter(|r| is_within(&stage.scene, r.origin)).count();
-                        assert!(within == 0, "{what}: {within} of {} rays", rays.len());
-                        let share = open.len() as f64 / rays.len() as f64;
-                        assert!(rays.len() == 32 * view.pixels() && share < 1e-3, "{what}: openness {share}");
-                        assert!(open.is_empty() || pose.shift > 0.0, "{what}: openness {share}");
-                    }
+                    let kind = Secondary { length, ..Secondary::ao(&stage.scene.bounds()) };
+                    let rays = stage.spawn(&device, &primaries, &kind, 1 << 20);
+                    let hits = stage.hits(&device, &rays);
+                    let open: Vec<&Ray> =
+                        rays.iter().zip(&hits).filter(|r| !r.1.is_hit()).map(|r| r.0).collect();
+                    let what = format!("{what}, {pose:?}, {:?}, rays of {length}", recipe.fit);
+                    // A hit within the rounding of its coordinates from another side, an edge of a turned box far off,
+                    // may have its origin beyond that side; no other ray gets out.
+                    let within = open.iter().filter(|r| is_within(&stage.scene, r.origin)).count();
+                    assert!(within == 0, "{what}: {within} of {} rays", rays.len());
+                    let share = open.len() as f64 / rays.len() as f64;
+                    assert!(rays.len() == 32 * view.pixels() && share < 1e-3, "{what}: openness {share}");
+                    assert!(open.is_empty() || pose.shift > 0.0, "{what}: openness {share}");
                 }
             }
         }
