@@ -35,7 +35,7 @@ const uint UNKNOWN = 2u;
 bool meet_in_doubt(Setup s, PackedTriangle t, float limit, out Meeting m) {
     vec3 d = turned(s, s.direction), a = turned(s, t.a), b = turned(s, t.b), c = turned(s, t.c);
 #ifdef FLOAT64
-    // Of t that differ by less than the least float both may be one: then neither is beyond the other.
+    // Of t that differ by less than the least normal float both may be one: then neither is beyond the other.
     double latest = double(limit) + (limit < s.t_max ? LEAST_NORMAL : 0.0LF);
     uint known = meet_by_doubles(d, s.origin, a, b, c, s.t_min, latest, m);
 #else

@@ -48,7 +48,7 @@ pub(super) fn meet_by_doubles(s: &Setup, corners: [V3; 3], limit: f32) -> Known 
     let (t, t_size) = (depth * over, dot(size(x), n_size) * over.abs());
     let t_off = DOUBLE_DOUBT * t_size + t.abs() * (8.0 / 16_777_216.0);
     let det_right = det.abs() > DOUBLE_RIGHT * det_size;
-    // Of t that differ by less than the least float both may be one: then neither is beyond the other.
+    // Of t that differ by less than the least normal float both may be one: then neither is beyond the other.
     let latest = f64::from(limit) + if limit < s.t_max { f64::from(f32::MIN_POSITIVE) } else { 0.0 };
     let out_of_range = t + t_off < f64::from(s.t_min) || t - t_off > latest;
     if (least < -off && most > off) || (det_right && out_of_range) || det_size == 0.0 {
