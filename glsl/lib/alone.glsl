@@ -5,7 +5,7 @@ void main() {
     if (ray >= args.count) return;
     ray = ray_at(ray);
     Setup s = prepare(LOAD_Ray(rays, ray));
-    Nearest nearest = Nearest(s.t_max, INVALID, vec2(0.0));
+    Nearest nearest = none_yet(s);
     Tests tests = Tests(0, 0, 0, 0);
     steps = Steps(0, 0, 0, 0);
     uint node = s.valid ? args.root : INVALID;

@@ -15,28 +15,28 @@
 layout(constant_id = SPEC_LAYOUT) const uint LAYOUT = 0;
 
 // What sorts a child: the bits of the t where the ray enters; at least MISSED where it passes by.
-int key_of(vec3 enter3, vec3 leave3, Setup s, float t_max) {
-    float enter = greatest_of(greatest_of(enter3.x, enter3.y), greatest_of(enter3.z, s.t_min));
-    float leave = least_of(least_of(leave3.x, leave3.y), least_of(leave3.z, t_max));
+int key_of(vec3 enter3, vec3 leave3, Setup s, float limit) {
+    float enter = greatest_of(greatest_of(enter3.x, enter3.y), greatest_of(enter3.z, s.begin));
+    float leave = least_of(least_of(leave3.x, leave3.y), least_of(leave3.z, limit));
     return enter <= leave ? floatBitsToInt(enter) : MISSED;
 }
 
-int meet_aabb(Setup s, vec3 lo, vec3 hi, float t_max) {
+int meet_aabb(Setup s, vec3 lo, vec3 hi, float limit) {
     bvec3 negative = lessThan(s.inverse, vec3(0.0));
     vec3 enter3 = fma(mix(lo, hi, negative), s.inverse, s.near);
-    return key_of(enter3, fma(mix(hi, lo, negative), s.inverse, s.far), s, t_max);
+    return key_of(enter3, fma(mix(hi, lo, negative), s.inverse, s.far), s, limit);
 }
 
-int meet_obb(Setup s, Obb b, float t_max) {
+int meet_obb(Setup s, Obb b, float limit) {
     vec3 o = turned(Frame(b.x.xyz, b.y.xyz, b.z.xyz), s.moved) + vec3(b.x.w, b.y.w, b.z.w);
     vec3 inverse = inverse_of(turned(Frame(b.x.xyz, b.y.xyz, b.z.xyz), s.direction));
-    vec3 centre = -o * inverse, reach = max(0.5, s.reach * args.half_over_reach) * abs(inverse);
-    return key_of(centre - reach, centre + reach, s, t_max);
+    vec3 centre = -o * inverse, reach = max(0.5, s.walk_reach * args.half_over_reach) * abs(inverse);
+    return key_of(centre - reach, centre + reach, s, limit);
 }
 
-int meet_either(Setup s, Obb b, bool aligned, float t_max) {
-    if (LAYOUT == LAYOUT_MIXED && aligned) return meet_aabb(s, b.x.xyz, vec3(b.x.w, b.y.xy), t_max);
-    return meet_obb(s, b, t_max);
+int meet_either(Setup s, Obb b, bool aligned, float limit) {
+    if (LAYOUT == LAYOUT_MIXED && aligned) return meet_aabb(s, b.x.xyz, vec3(b.x.w, b.y.xy), limit);
+    return meet_obb(s, b, limit);
 }
 
 // From a node to what comes next: its nearer child that is met, or what waited.
@@ -47,8 +47,8 @@ uint descend(uint node, inout Setup s, Nearest nearest, inout Tests tests) {
     if (LAYOUT == LAYOUT_OBB || (LAYOUT == LAYOUT_MIXED && (node & OBB_BIT) != 0u)) {
         ObbNode n = LOAD_ObbNode(obbs, node & ~OBB_BIT);
         children = n.children;
-        keys = ivec2(meet_either(s, n.left, (n.aligned & 1u) != 0u, nearest.t),
-                     meet_either(s, n.right, (n.aligned & 2u) != 0u, nearest.t));
+        keys = ivec2(meet_either(s, n.left, (n.aligned & 1u) != 0u, nearest.limit),
+                     meet_either(s, n.right, (n.aligned & 2u) != 0u, nearest.limit));
         if (COUNT != 0) {
             uint aligned = bitCount(n.aligned);
             tests.boxes += aligned;
@@ -57,7 +57,7 @@ uint descend(uint node, inout Setup s, Nearest nearest, inout Tests tests) {
     } else {
         AabbNode n = LOAD_AabbNode(aabbs, node);
         children = n.children;
-        keys = ivec2(meet_aabb(s, n.left.lo, n.left.hi, nearest.t), meet_aabb(s, n.right.lo, n.right.hi, nearest.t));
+        keys = ivec2(meet_aabb(s, n.left.lo, n.left.hi, nearest.limit), meet_aabb(s, n.right.lo, n.right.hi, nearest.limit));
         if (COUNT != 0) tests.boxes += 2;
     }
     if (keys.y < keys.x) {
@@ -65,5 +65,5 @@ uint descend(uint node, inout Setup s, Nearest nearest, inout Tests tests) {
         children = children.yx;
     }
     if (keys.y < MISSED) stack[top++] = pair_of(uvec2(keys.y, children.y));
-    return keys.x < MISSED ? children.x : pop_within(nearest.t);
+    return keys.x < MISSED ? children.x : pop_within(nearest.limit);
 }

@@ -22,7 +22,6 @@ const uint PASSED_BY = 0u;
 const uint MET = 1u;
 const uint UNKNOWN = 2u;
 
-#include "lib/double_single.glsl"
 #ifdef FLOAT64
 #include "lib/by_doubles.glsl"
 #else
@@ -90,12 +89,15 @@ bool meet_fast(Setup s, PackedTriangle t, out Meeting m) {
     return true;
 }
 
-// The nearest hit so far. Starts at t_max and INVALID.
+// The nearest hit so far.
 struct Nearest {
     float t;
     uint triangle;
     vec2 uv;
+    float limit;  // what is beyond, as the walk counts t, is passed by
 };
+
+Nearest none_yet(Setup s) { return Nearest(s.t_max, INVALID, vec2(0.0), walk_limit(s.t_max, s.ahead, 1.0)); }
 
 // Of equal t the lower triangle index wins, so that neither the tree nor the order of traversal shows in the result.
 // Returns whether an any-hit query is answered.
@@ -113,6 +115,7 @@ bool meet_triangle(Setup s, PackedTriangle triangle, inout Nearest nearest) {
     nearest.t = m.t;
     nearest.triangle = triangle.index;
     nearest.uv = m.uv;
+    nearest.limit = walk_limit(m.t, s.ahead, 1.0);
     return false;
 }
 

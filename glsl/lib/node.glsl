@@ -21,14 +21,14 @@ void turn(inout Setup s, uvec2 frame) {
     Frame f = frame_of(r);
     vec3 o = turned(f, s.moved);
     s.turned_inverse = inverse_of(turned(f, s.direction));
-    vec3 pad = (PAD_ORIENTED * stretch_of(r) * s.reach) * abs(s.turned_inverse);
+    vec3 pad = (PAD_ORIENTED * stretch_of(r) * s.walk_reach) * abs(s.turned_inverse);
     s.turned_near = fma(-o, s.turned_inverse, -pad);
     s.turned_far = fma(-o, s.turned_inverse, pad);
     s.frame = frame;
 }
 
 // Where the node has a frame, the ray must have been turned into it.
-ivec4 meet_children(Setup s, Node n, float t_max) {
+ivec4 meet_children(Setup s, Node n, float limit) {
     vec3 inverse = s.inverse, from_near = s.near, from_far = s.far;
     if (in_frame(n)) {
         inverse = s.turned_inverse;
@@ -44,8 +44,8 @@ ivec4 meet_children(Setup s, Node n, float t_max) {
     [[unroll]] for (int k = 0; k < WIDTH; ++k) {
         vec3 enter3 = fma(vec3(ivec3(near_planes >> 8 * k & 0xffu)), stride, near);
         vec3 leave3 = fma(vec3(ivec3(far_planes >> 8 * k & 0xffu)), stride, far);
-        float enter = greatest_of(greatest_of(enter3.x, enter3.y), greatest_of(enter3.z, s.t_min));
-        float leave = least_of(least_of(leave3.x, leave3.y), least_of(leave3.z, t_max));
+        float enter = greatest_of(greatest_of(enter3.x, enter3.y), greatest_of(enter3.z, s.begin));
+        float leave = least_of(least_of(leave3.x, leave3.y), least_of(leave3.z, limit));
         bool met = enter <= leave && (k < 1 || n.children[k] != INVALID);
         keys[k] = ((met ? floatBitsToInt(enter) : MISSED) & ~3) | k;
     }

@@ -5,7 +5,7 @@
 // are moved by −anchor besides, so that their coordinates are small however far from the origin the scene lies.
 //
 // Box padding. A hit that the triangle test reports lies within PAD · R of the ray in each axis and in depth, where R
-// is the largest coordinate difference between the ray's origin and the scene: the robust test is exact but
+// is the largest coordinate difference between where its walk begins (lib/approach.glsl) and the scene: the robust test is exact but
 // for t, which it rounds (1⅛ u, u = 2⁻²⁴); the boxes' coordinates are rounded (1 u), their planes' distances from the node's
 // corner (1 u), the moved origin (1 u), the reciprocal direction (5 u), and of a plane two products and three sums (5 u;
 // steps are powers of two). That is less than 15 u; PAD is 32 u. Boxes larger by PAD · R on every side contain every robust
@@ -23,20 +23,25 @@ const float LEAST_DIRECTION = 1.0 / 1099511627776.0;
 
 #include "lib/finite.glsl"
 #include "lib/turn.glsl"
+#include "lib/double_single.glsl"
+#include "lib/approach.glsl"
 
 struct Setup {
     vec3 origin;      // unit scale, not moved; in the order of axes
     vec3 shear;       // of the triangle test: direction[axes.x], [axes.y] over [axes.z]; 1 over [axes.z]
     uvec3 axes;       // a permutation of 0 1 2; axes.z is the direction's largest component
     vec3 inverse;     // 1 / direction
-    vec3 near;        // t of a near plane at p: p · inverse + near, not too great
+    vec3 near;        // of the walk, t of a near plane at p: p · inverse + near, not too great
     vec3 far;         // t of a far plane, not too small
     float t_min;
     float t_max;
     int t_exponent;   // t of the file = t here · 2^t_exponent
     vec3 direction;   // scaled
-    float reach;      // R
-    vec3 moved;       // origin, moved
+    float reach;      // largest coordinate difference between the origin and the scene
+    float ahead;      // where the walk begins, in lengths of the direction: what is of the walk counts t from there
+    float begin;      // t_min, of the walk
+    float walk_reach; // R, of the walk
+    vec3 moved;       // origin of the walk, moved
     uvec2 frame;      // that the next three are of; 0: of none yet
     vec3 turned_inverse;
     vec3 turned_near;
@@ -97,11 +102,18 @@ Setup prepare(Ray ray) {
     vec3 moved = o - args.anchor;
     float reach = args.reach + max(abs(moved.x), max(abs(moved.y), abs(moved.z)));
     s.reach = reach;
+    s.ahead = ahead_of(moved, d, reach);
+    s.begin = walk_limit(s.t_min, s.ahead, -1.0);
+    s.walk_reach = reach;
+    if (s.ahead != 0.0) {
+        moved = approached(o, args.anchor, d, s.ahead);
+        s.walk_reach = args.reach + max(abs(moved.x), max(abs(moved.y), abs(moved.z))) + reach * (1.0 / 16777216.0);
+    }
     s.moved = moved;
     s.frame = uvec2(0);
     s.inverse = inverse_of(d);
     precise vec3 centre = -moved * s.inverse;
-    precise vec3 pad = (PAD * reach) * abs(s.inverse);
+    precise vec3 pad = (PAD * s.walk_reach) * abs(s.inverse);
     s.near = centre - pad;
     s.far = centre + pad;
 

@@ -5,11 +5,11 @@
 #include "lib/hit.glsl"
 #include "lib/steps.glsl"
 
-// The next child that is not beyond t; INVALID where there is none.
-uint pop_within(float t) {
+// The next child that is not beyond `limit`; INVALID where there is none.
+uint pop_within(float limit) {
     while (top > 0) {
         uvec2 popped = words_of(stack[--top]);
-        if (ANY != 0 || !(entered(int(popped.x)) > t)) return popped.y;
+        if (ANY != 0 || !(entered(int(popped.x)) > limit)) return popped.y;
     }
     return INVALID;
 }
@@ -30,5 +30,5 @@ bool meet_triangles(uint leaf, Setup s, inout Nearest nearest, inout Tests tests
 
 // Likewise; returns what comes next.
 uint meet_leaf(uint leaf, Setup s, inout Nearest nearest, inout Tests tests) {
-    return meet_triangles(leaf, s, nearest, tests) ? INVALID : pop_within(nearest.t);
+    return meet_triangles(leaf, s, nearest, tests) ? INVALID : pop_within(nearest.limit);
 }

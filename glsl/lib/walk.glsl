@@ -8,6 +8,6 @@ uint descend(uint node, inout Setup s, Nearest nearest, inout Tests tests) {
     // Apart from the rest: most nodes of most trees have none.
     if (in_frame(n)) turn(s, words_of(P(nodes).at[node].p[7]));
     if (COUNT != 0) count_boxes(tests, n);
-    node = push_farther(n, sorted(meet_children(s, n, nearest.t)));
-    return node == INVALID ? pop_within(nearest.t) : node;
+    node = push_farther(n, sorted(meet_children(s, n, nearest.limit)));
+    return node == INVALID ? pop_within(nearest.limit) : node;
 }

@@ -15,7 +15,8 @@ void main() {
     uint ray = ray_at(min(index, args.count - 1));
     Setup s = prepare(LOAD_Ray(rays, ray));
     bool active_ray = in_range && s.valid;
-    Nearest nearest = Nearest(active_ray ? s.t_max : uintBitsToFloat(0xff800000u), INVALID, vec2(0.0));
+    Nearest nearest = none_yet(s);
+    if (!active_ray) nearest.limit = uintBitsToFloat(0xff800000u);
     Tests tests = Tests(0, 0, 0, 0);
     steps = Steps(0, 0, 0, 0);
 
@@ -27,7 +28,7 @@ void main() {
         if (node < LEAF_BIT) {
             Node n = shared_node(node);
             if (in_frame(n)) turn(s, n.frame);
-            ivec4 keys = meet_children(s, n, nearest.t);
+            ivec4 keys = meet_children(s, n, nearest.limit);
             if (COUNT != 0 && active_ray) count_boxes(tests, n);
             // Rays that meet none of the children are carried along.
             if (STEPS != 0 && active_ray) count_node(any(lessThan(keys, ivec4(MISSED))));
@@ -50,7 +51,7 @@ void main() {
                 if (wanted) meet_triangle(s, triangle, nearest);
             }
             if (ANY != 0) {
-                if (nearest.triangle != INVALID) nearest.t = uintBitsToFloat(0xff800000u);
+                if (nearest.triangle != INVALID) nearest.limit = uintBitsToFloat(0xff800000u);
                 if (subgroupAll(!active_ray || nearest.triangle != INVALID)) break;
             }
             node = top == 0 ? INVALID : stack[--top];

@@ -32,7 +32,7 @@ void main() {
             if (ray == INVALID && mine < args.count) {
                 ray = ray_at(mine);
                 s = prepare(LOAD_Ray(rays, ray));
-                nearest = Nearest(s.t_max, INVALID, vec2(0.0));
+                nearest = none_yet(s);
                 tests = Tests(0, 0, 0, 0);
                 steps = Steps(0, 0, 0, 0);
                 top = 0;
@@ -45,7 +45,7 @@ void main() {
                 if (node < LEAF_BIT) node = descend(node, s, nearest, tests);
                 if (leaf == INVALID && is_leaf(node)) {
                     leaf = node;
-                    node = pop_within(nearest.t);
+                    node = pop_within(nearest.limit);
                 }
             } while (subgroupAny(leaf == INVALID && node < LEAF_BIT));
             if (leaf != INVALID) {

@@ -20,7 +20,7 @@ void main() {
             ray = ray_at(next);
             next += WG;
             s = prepare(LOAD_Ray(rays, ray));
-            nearest = Nearest(s.t_max, INVALID, vec2(0.0));
+            nearest = none_yet(s);
             tests = Tests(0, 0, 0, 0);
             steps = Steps(0, 0, 0, 0);
             top = 0;

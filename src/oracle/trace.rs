@@ -1,6 +1,7 @@
 //! Twin of `glsl/trace/single.comp`, and of `glsl/trace/binary.comp`, with the robust test; the other kernels
 //! give the same hits.
 
+mod approach;
 mod binary;
 mod by_doubles;
 mod by_integers;
@@ -11,6 +12,7 @@ mod packed;
 
 pub use binary::BinaryNodes;
 
+use self::approach::{ahead_of, approached, walk_limit};
 use self::by_doubles::meet_by_doubles;
 use self::by_integers::meet_by_integers;
 use self::by_pairs::meet_by_pairs;
@@ -38,15 +40,21 @@ pub struct Setup {
     pub axes: [usize; 3],
     /// Scaled direction; in the order of `axes`.
     pub direction: V3,
-    /// R, the largest coordinate difference between the origin and the scene.
+    /// Largest coordinate difference between the origin and the scene.
     pub reach: f32,
-    /// Origin, moved; as given.
+    /// Where the walk begins, in lengths of the direction: what is of the walk counts t from there.
+    pub ahead: f32,
+    /// `t_min`, of the walk.
+    pub begin: f32,
+    /// R, of the walk.
+    pub walk_reach: f32,
+    /// Origin of the walk, moved; as given.
     pub moved: V3,
     /// Scaled direction, as given.
     pub unturned: V3,
     /// 1 / direction.
     pub inverse: V3,
-    /// t of a near plane at p: p · inverse + near.
+    /// Of the walk, t of a near plane at p: p · inverse + near.
     pub near: V3,
     /// Likewise of a far plane.
     pub far: V3,
@@ -99,11 +107,17 @@ pub fn prepare(ray: &Ray, space: &Space) -> Setup {
     let t_exponent = -exponent - space.exponent;
 
     o = o.map(|x| scaled(x, space.exponent));
-    let moved: V3 = std::array::from_fn(|k| o[k] - space.anchor[k]);
-    let reach = space.reach + moved.iter().fold(0.0, |a, x| f32::max(a, x.abs()));
+    let reach_from = |p: V3| space.reach + p.iter().fold(0.0, |a, x| f32::max(a, x.abs()));
+    let mut moved: V3 = std::array::from_fn(|k| o[k] - space.anchor[k]);
+    let reach = reach_from(moved);
+    let (ahead, mut walk_reach) = (ahead_of(moved, d, reach), reach);
+    if ahead != 0.0 {
+        moved = approached(o, space.anchor, d, ahead);
+        walk_reach = reach_from(moved) + reach * (1.0 / 16_777_216.0);
+    }
     let inverse = inverse_of(d);
     let centre: V3 = std::array::from_fn(|k| -moved[k] * inverse[k]);
-    let pad: V3 = std::array::from_fn(|k| (PAD * reach) * inverse[k].abs());
+    let pad: V3 = std::array::from_fn(|k| (PAD * walk_reach) * inverse[k].abs());
 
     let a = d.map(f32::abs);
     let axes = if a[2] >= a[0] && a[2] >= a[1] {
@@ -113,18 +127,22 @@ pub fn prepare(ray: &Ray, space: &Space) -> Setup {
     } else {
         [1, 2, 0]
     };
+    let t_min = scaled_limit(ray.t_min, -t_exponent, -1.0);
     Setup {
         origin: axes.map(|k| o[k]),
         shear: [d[axes[0]] / d[axes[2]], d[axes[1]] / d[axes[2]], 1.0 / d[axes[2]]],
         axes,
         direction: axes.map(|k| d[k]),
         reach,
+        ahead,
+        begin: walk_limit(t_min, ahead, -1.0),
+        walk_reach,
         moved,
         unturned: d,
         inverse,
         near: std::array::from_fn(|k| centre[k] - pad[k]),
         far: std::array::from_fn(|k| centre[k] + pad[k]),
-        t_min: scaled_limit(ray.t_min, -t_exponent, -1.0),
+        t_min,
         t_max: scaled_limit(ray.t_max, -t_exponent, 1.0),
         t_exponent,
         valid,
@@ -191,15 +209,23 @@ struct Nearest {
     t: f32,
     triangle: u32,
     uv: [f32; 2],
+    /// What is beyond, as the walk counts t, is passed by.
+    limit: f32,
+}
+
+impl Nearest {
+    fn none_yet(s: &Setup) -> Self {
+        Self { t: s.t_max, triangle: INVALID, uv: [0.0; 2], limit: walk_limit(s.t_max, s.ahead, 1.0) }
+    }
 }
 
 /// Nodes that rays walk.
 pub trait Nodes {
     /// Node or leaf, or [`INVALID`].
     fn root(&self) -> u32;
-    /// The children of a node that a ray meets before `t_max`, farthest first, each with the key that sorts it; counts
+    /// The children of a node that a ray meets before `limit`, as its walk counts t, farthest first, each with the key that sorts it; counts
     /// what was tested.
-    fn met(&self, s: &Setup, node: u32, t_max: f32, tests: &mut Tests) -> Vec<(i32, u32)>;
+    fn met(&self, s: &Setup, node: u32, limit: f32, tests: &mut Tests) -> Vec<(i32, u32)>;
 }
 
 /// A tree and its unit space.
@@ -237,7 +263,7 @@ impl Tree<'_> {
         let mut stack =
             if s.valid { vec![(f32::NEG_INFINITY.to_bits() as i32, nodes.root())] } else { vec![] };
         while let Some((key, node)) = stack.pop() {
-            if node == INVALID || entered(key) > nearest.t {
+            if node == INVALID || entered(key) > nearest.limit {
                 continue;
             }
             if node >= LEAF_BIT {
@@ -250,7 +276,7 @@ impl Tree<'_> {
                 }
                 continue;
             }
-            stack.extend(nodes.met(s, node, nearest.t, &mut tests));
+            stack.extend(nodes.met(s, node, nearest.limit, &mut tests));
         }
         tests
     }
@@ -263,13 +289,14 @@ impl Tree<'_> {
     /// Likewise, by other nodes over the same leaves.
     pub fn closest_by(&self, nodes: &impl Nodes, ray: &Ray) -> (Hit, Tests) {
         let s = prepare(ray, self.space);
-        let mut nearest = Nearest { t: s.t_max, triangle: INVALID, uv: [0.0; 2] };
+        let mut nearest = Nearest::none_yet(&s);
         let tests = self.walk(nodes, &s, &mut nearest, |place, nearest| {
             let (corners, index) = self.triangle(place);
             let Some(m) = self.meet(&s, corners, nearest.t) else { return false };
             let t = m.t;
             if t >= s.t_min && t <= nearest.t.min(f32::MAX) && (t != nearest.t || index < nearest.triangle) {
-                *nearest = Nearest { t, triangle: index, uv: m.uv };
+                let limit = walk_limit(t, s.ahead, 1.0);
+                *nearest = Nearest { t, triangle: index, uv: m.uv, limit };
             }
             false
         });
@@ -289,7 +316,7 @@ impl Tree<'_> {
     pub fn any_by(&self, nodes: &impl Nodes, ray: &Ray) -> (Hit, Tests) {
         let s = prepare(ray, self.space);
         let mut occluded = false;
-        let mut nearest = Nearest { t: s.t_max, triangle: INVALID, uv: [0.0; 2] };
+        let mut nearest = Nearest::none_yet(&s);
         let tests = self.walk(nodes, &s, &mut nearest, |place, _| {
             occluded |= self
                 .meet(&s, self.triangle(place).0, s.t_max)

@@ -20,7 +20,7 @@ impl Pair {
     }
 
     /// a · b.
-    fn exact_product(a: f32, b: f32) -> Self {
+    pub fn exact_product(a: f32, b: f32) -> Self {
         let upper = |x: f32| {
             let wide = x * 4097.0;
             wide - (wide - x)

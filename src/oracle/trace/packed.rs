@@ -11,7 +11,7 @@ use glam::Vec3;
 fn turn(s: &Setup, f: &Frame) -> Setup {
     let into = |p: V3| f.within(Vec3::from_array(p)).to_array();
     let (o, inverse) = (into(s.moved), inverse_of(into(s.unturned)));
-    let pad = PAD_ORIENTED * f.stretch() * s.reach;
+    let pad = PAD_ORIENTED * f.stretch() * s.walk_reach;
     Setup {
         inverse,
         near: std::array::from_fn(|k| -o[k] * inverse[k] - pad * inverse[k].abs()),
@@ -25,7 +25,7 @@ fn in_frame(n: &Node) -> bool {
 }
 
 /// What sorts the children of a node: the bits of the t where the ray enters, the low two the child's number.
-fn meet_children(s: &Setup, n: &Node, t_max: f32) -> [i32; 4] {
+fn meet_children(s: &Setup, n: &Node, limit: f32) -> [i32; 4] {
     let turned;
     let s = if in_frame(n) {
         turned = turn(s, &Frame::of(n.frame));
@@ -44,8 +44,8 @@ fn meet_children(s: &Setup, n: &Node, t_max: f32) -> [i32; 4] {
         };
         let e: V3 = std::array::from_fn(|k| plane(k, true) * stride[k] + near[k]);
         let l: V3 = std::array::from_fn(|k| plane(k, false) * stride[k] + far[k]);
-        let enter = greatest_of(greatest_of(e[0], e[1]), greatest_of(e[2], s.t_min));
-        let leave = least_of(least_of(l[0], l[1]), least_of(l[2], t_max));
+        let enter = greatest_of(greatest_of(e[0], e[1]), greatest_of(e[2], s.begin));
+        let leave = least_of(least_of(l[0], l[1]), least_of(l[2], limit));
         let met = enter <= leave && n.children[slot] != INVALID;
         (if met { enter.to_bits() as i32 } else { MISSED }) & !3 | slot as i32
     })
@@ -56,11 +56,11 @@ impl Nodes for HostTree {
         self.root
     }
 
-    fn met(&self, s: &Setup, node: u32, t_max: f32, tests: &mut Tests) -> Vec<(i32, u32)> {
+    fn met(&self, s: &Setup, node: u32, limit: f32, tests: &mut Tests) -> Vec<(i32, u32)> {
         let n = &self.nodes[node as usize];
         let boxes = n.children.iter().filter(|child| **child != INVALID).count() as u32;
         *(if in_frame(n) { &mut tests.oriented } else { &mut tests.boxes }) += boxes;
-        let mut keys = meet_children(s, n, t_max);
+        let mut keys = meet_children(s, n, limit);
         keys.sort_unstable();
         let met = keys.iter().rev().filter(|key| **key < MISSED);
         met.map(|key| (*key, n.children[(key & 3) as usize])).collect()
