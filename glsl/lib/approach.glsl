@@ -11,9 +11,8 @@ const float NEAR = 32.0;
 const float FARTHEST = 1267650600228229401496703205376.0;
 
 // How far along d the closest point to 0 is, less what leaves all of the scene ahead, whatever was rounded: where t is
-// negative no child is known for the nearer one. 0 where the walk begins at the ray's origin.
+// negative no child is known for the nearer one.
 float ahead_of(vec3 moved, vec3 d, float reach) {
-    if (!(reach > NEAR && reach < FARTHEST)) return 0.0;
     precise vec3 along = moved * d, square = d * d;
     precise float closest = -(along.x + along.y + along.z) / (square.x + square.y + square.z);
     precise float ahead = closest - (2.0 + reach * (1.0 / 4194304.0));

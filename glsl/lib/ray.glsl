@@ -102,10 +102,12 @@ Setup prepare(Ray ray) {
     vec3 moved = o - args.anchor;
     float reach = args.reach + max(abs(moved.x), max(abs(moved.y), abs(moved.z)));
     s.reach = reach;
-    s.ahead = ahead_of(moved, d, reach);
-    s.begin = walk_limit(s.t_min, s.ahead, -1.0);
+    s.ahead = 0.0;
+    s.begin = s.t_min;
     s.walk_reach = reach;
-    if (s.ahead != 0.0) {
+    if (reach > NEAR && reach < FARTHEST) {
+        s.ahead = ahead_of(moved, d, reach);
+        s.begin = walk_limit(s.t_min, s.ahead, -1.0);
         moved = approached(o, args.anchor, d, s.ahead);
         s.walk_reach = args.reach + max(abs(moved.x), max(abs(moved.y), abs(moved.z))) + reach * (1.0 / 16777216.0);
     }
