@@ -9,145 +9,21 @@ mod by_pairs;
 mod digits;
 mod double_single;
 mod packed;
+mod ray;
 
 pub use binary::BinaryNodes;
+pub use ray::{Setup, prepare};
 
-use self::approach::{ahead_of, approached, walk_limit};
+use self::approach::walk_limit;
 use self::by_doubles::meet_by_doubles;
 use self::by_integers::meet_by_integers;
 use self::by_pairs::meet_by_pairs;
+use self::ray::rescaled;
 use super::morton::Space;
 use crate::abi::{Hit, INVALID, LEAF_BIT, Ray, TRIANGLE_WORDS, Tests};
 use crate::bvh::{Child, HostTree};
 
 type V3 = [f32; 3];
-
-/// Box padding, in units of the largest coordinate difference: see `glsl/lib/ray.glsl`.
-const PAD: f32 = 32.0 / 16_777_216.0;
-/// Likewise in a node's frame, times its stretch.
-const PAD_ORIENTED: f32 = 64.0 / 16_777_216.0;
-/// Direction components below this are raised to it.
-const LEAST_DIRECTION: f32 = 1.0 / 1_099_511_627_776.0;
-
-/// A ray made ready for boxes and triangles.
-#[derive(Debug, Clone, Copy)]
-pub struct Setup {
-    /// Unit scale, not moved; in the order of `axes`.
-    pub origin: V3,
-    /// Of the triangle test.
-    pub shear: V3,
-    /// A permutation of 0 1 2; the last is the direction's largest component.
-    pub axes: [usize; 3],
-    /// Scaled direction; in the order of `axes`.
-    pub direction: V3,
-    /// Largest coordinate difference between the origin and the scene.
-    pub reach: f32,
-    /// Where the walk begins, in lengths of the direction: what is of the walk counts t from there.
-    pub ahead: f32,
-    /// `t_min`, of the walk.
-    pub begin: f32,
-    /// R, of the walk.
-    pub walk_reach: f32,
-    /// Origin of the walk, moved; as given.
-    pub moved: V3,
-    /// Scaled direction, as given.
-    pub unturned: V3,
-    /// 1 / direction.
-    pub inverse: V3,
-    /// Of the walk, t of a near plane at p: p · inverse + near.
-    pub near: V3,
-    /// Likewise of a far plane.
-    pub far: V3,
-    /// Least t.
-    pub t_min: f32,
-    /// Greatest t.
-    pub t_max: f32,
-    /// t of the file = t here · 2 to this power.
-    pub t_exponent: i32,
-    /// Whether it can hit anything.
-    pub valid: bool,
-}
-
-/// x · 2^exponent, exactly; what is denormal is rounded. In f64 every f32 is normal.
-fn rescaled(x: f32, exponent: i32) -> f32 {
-    (f64::from(x) * 2f64.powi(exponent)) as f32
-}
-
-/// Likewise; what is denormal becomes 0 of x's sign, as it is to some devices.
-fn scaled(x: f32, exponent: i32) -> f32 {
-    let exact = f64::from(x) * 2f64.powi(exponent);
-    if exact.abs() < f64::from(f32::MIN_POSITIVE) { 0f32.copysign(x) } else { exact as f32 }
-}
-
-/// Likewise a limit of t, towards the inside of the range where it would become 0.
-fn scaled_limit(t: f32, exponent: i32, outward_sign: f32) -> f32 {
-    let scaled = scaled(t, exponent);
-    let inward = t.is_sign_negative() != outward_sign.is_sign_negative() && t != 0.0;
-    if scaled == 0.0 && inward { f32::MIN_POSITIVE.copysign(t) } else { scaled }
-}
-
-/// 1 / d, finite.
-fn inverse_of(d: V3) -> V3 {
-    d.map(|x| 1.0 / if x.abs() < LEAST_DIRECTION { LEAST_DIRECTION.copysign(x) } else { x })
-}
-
-/// Prepares `ray` for a tree of unit space `space`.
-pub fn prepare(ray: &Ray, space: &Space) -> Setup {
-    let (mut d, mut o) = (ray.direction, ray.origin);
-    let finite = d.iter().chain(&o).all(|x| x.is_finite());
-    let mut largest = d.iter().fold(0.0, |a, x| f32::max(a, x.abs()));
-    let valid = finite && !ray.t_min.is_nan() && !ray.t_max.is_nan() && largest > 0.0;
-    if !valid {
-        d = [0.0, 0.0, 1.0];
-        largest = 1.0;
-    }
-    // In f64 every f32 is normal.
-    let exponent = (f64::from(largest).to_bits() >> 52) as i32 - 1023;
-    d = d.map(|x| scaled(x, -exponent));
-    let t_exponent = -exponent - space.exponent;
-
-    o = o.map(|x| scaled(x, space.exponent));
-    let reach_from = |p: V3| space.reach + p.iter().fold(0.0, |a, x| f32::max(a, x.abs()));
-    let mut moved: V3 = std::array::from_fn(|k| o[k] - space.anchor[k]);
-    let reach = reach_from(moved);
-    let (ahead, mut walk_reach) = (ahead_of(moved, d, reach), reach);
-    if ahead != 0.0 {
-        moved = approached(o, space.anchor, d, ahead);
-        walk_reach = reach_from(moved) + reach * (1.0 / 16_777_216.0);
-    }
-    let inverse = inverse_of(d);
-    let centre: V3 = std::array::from_fn(|k| -moved[k] * inverse[k]);
-    let pad: V3 = std::array::from_fn(|k| (PAD * walk_reach) * inverse[k].abs());
-
-    let a = d.map(f32::abs);
-    let axes = if a[2] >= a[0] && a[2] >= a[1] {
-        [0, 1, 2]
-    } else if a[1] >= a[0] {
-        [2, 0, 1]
-    } else {
-        [1, 2, 0]
-    };
-    let t_min = scaled_limit(ray.t_min, -t_exponent, -1.0);
-    Setup {
-        origin: axes.map(|k| o[k]),
-        shear: [d[axes[0]] / d[axes[2]], d[axes[1]] / d[axes[2]], 1.0 / d[axes[2]]],
-        axes,
-        direction: axes.map(|k| d[k]),
-        reach,
-        ahead,
-        begin: walk_limit(t_min, ahead, -1.0),
-        walk_reach,
-        moved,
-        unturned: d,
-        inverse,
-        near: std::array::from_fn(|k| centre[k] - pad[k]),
-        far: std::array::from_fn(|k| centre[k] + pad[k]),
-        t_min,
-        t_max: scaled_limit(ray.t_max, -t_exponent, 1.0),
-        t_exponent,
-        valid,
-    }
-}
 
 /// At least this sorts a child that the ray passes by.
 const MISSED: i32 = 0x7f80_0000;

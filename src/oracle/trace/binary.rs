@@ -1,6 +1,7 @@
 //! Twin of `glsl/lib/binary.glsl`: nodes of a binary tree.
 
-use super::{MISSED, Nodes, Setup, Space, Tests, V3, inverse_of};
+use super::ray::inverse_of;
+use super::{MISSED, Nodes, Setup, Space, Tests, V3};
 use crate::abi::Obb;
 use crate::bvh::raw::{greatest_of, least_of};
 use crate::trace::layouts::{HostBinary, PADDED_REACHES, Volume};

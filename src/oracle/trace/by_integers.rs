@@ -2,7 +2,8 @@
 
 use super::digits::exact_triple;
 use super::double_single::Pair;
-use super::{Meeting, Setup, V3, scaled};
+use super::ray::scaled;
+use super::{Meeting, Setup, V3};
 
 /// `corners` in the order of `axes`.
 pub(super) fn meet_by_integers(s: &Setup, [a, b, c]: [V3; 3]) -> Option<Meeting> {

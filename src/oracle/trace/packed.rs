@@ -1,6 +1,7 @@
 //! Twin of `glsl/lib/node.glsl`: nodes of a packed tree.
 
-use super::{MISSED, Nodes, PAD_ORIENTED, Setup, V3, inverse_of};
+use super::ray::{PAD_ORIENTED, inverse_of};
+use super::{MISSED, Nodes, Setup, V3};
 use crate::abi::{INVALID, Node, ORIENTED_BIT, Tests};
 use crate::bvh::HostTree;
 use crate::bvh::frame::Frame;
