@@ -6,7 +6,7 @@
 // The point is the moved origin + ahead · d: of the exact sums and product what is lost is 11 u² R, R as in lib/ray.glsl,
 // so that R of the walk has 2⁻²⁴ R added: PAD times that is 2⁻⁴³ R.
 
-// A ray from nearer is as well off without, one from beyond might overflow.
+// A ray from nearer is as well off without, one from beyond 2¹⁰⁰ might overflow.
 const float NEAR = 32.0;
 const float FARTHEST = 1267650600228229401496703205376.0;
 

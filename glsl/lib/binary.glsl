@@ -57,7 +57,8 @@ uint descend(uint node, inout Setup s, Nearest nearest, inout Tests tests) {
     } else {
         AabbNode n = LOAD_AabbNode(aabbs, node);
         children = n.children;
-        keys = ivec2(meet_aabb(s, n.left.lo, n.left.hi, nearest.limit), meet_aabb(s, n.right.lo, n.right.hi, nearest.limit));
+        keys = ivec2(meet_aabb(s, n.left.lo, n.left.hi, nearest.limit),
+                     meet_aabb(s, n.right.lo, n.right.hi, nearest.limit));
         if (COUNT != 0) tests.boxes += 2;
     }
     if (keys.y < keys.x) {

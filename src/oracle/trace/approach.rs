@@ -4,15 +4,12 @@ use super::V3;
 use super::double_single::Pair;
 
 /// A ray from nearer is as well off without.
-const NEAR: f32 = 32.0;
+pub(super) const NEAR: f32 = 32.0;
 /// 2¹⁰⁰: from beyond, something might overflow.
-const FARTHEST: f32 = 1_267_650_600_228_229_401_496_703_205_376.0;
+pub(super) const FARTHEST: f32 = 1_267_650_600_228_229_401_496_703_205_376.0;
 
-/// How far along `d` the walk begins; 0 where it does at the ray's origin.
+/// How far along `d` the walk begins.
 pub(super) fn ahead_of(moved: V3, d: V3, reach: f32) -> f32 {
-    if !(reach > NEAR && reach < FARTHEST) {
-        return 0.0;
-    }
     let sum = |x: V3, y: V3| x[0] * y[0] + x[1] * y[1] + x[2] * y[2];
     -sum(moved, d) / sum(d, d) - (2.0 + reach * (1.0 / 4_194_304.0))
 }

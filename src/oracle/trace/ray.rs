@@ -1,7 +1,7 @@
 //! Twin of `glsl/lib/ray.glsl`: a ray made ready for boxes and triangles.
 
 use super::V3;
-use super::approach::{ahead_of, approached, walk_limit};
+use super::approach::{FARTHEST, NEAR, ahead_of, approached, walk_limit};
 use crate::abi::Ray;
 use crate::oracle::morton::Space;
 
@@ -93,8 +93,9 @@ pub fn prepare(ray: &Ray, space: &Space) -> Setup {
     let reach_from = |p: V3| space.reach + p.iter().fold(0.0, |a, x| f32::max(a, x.abs()));
     let mut moved: V3 = std::array::from_fn(|k| o[k] - space.anchor[k]);
     let reach = reach_from(moved);
-    let (ahead, mut walk_reach) = (ahead_of(moved, d, reach), reach);
-    if ahead != 0.0 {
+    let (mut ahead, mut walk_reach) = (0.0, reach);
+    if reach > NEAR && reach < FARTHEST {
+        ahead = ahead_of(moved, d, reach);
         moved = approached(o, space.anchor, d, ahead);
         walk_reach = reach_from(moved) + reach * (1.0 / 16_777_216.0);
     }
