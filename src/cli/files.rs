@@ -20,6 +20,7 @@ pub(super) fn rays(path: &Path) -> Result<Vec<Ray>> {
 }
 
 /// A file to be written, whole or not at all; what can't be written is found out before the work.
+#[derive(Clone, Copy)]
 pub(super) struct Output<'p> {
     path: &'p Path,
     /// The path is a device or a pipe, which can't be replaced.
@@ -39,6 +40,12 @@ impl<'p> Output<'p> {
             output::probe(path).with_context(|| format!("can't write {name}"))?;
         }
         Ok(Self { path, special })
+    }
+
+    /// Writes what there is so far, should the rest never come. A device or a pipe gets the whole only: what it was given
+    /// can't be replaced.
+    pub(super) fn keep(self, bytes: &[u8]) -> Result<()> {
+        if self.special { Ok(()) } else { self.finish(bytes) }
     }
 
     /// Writes `bytes` and gives the file its name.
@@ -93,6 +100,8 @@ mod tests {
         assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 0, "something is left of an abandoned output");
         Output::new(&path).unwrap().finish(b"whole").unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"whole");
+        Output::new(&path).unwrap().keep(b"so far").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"so far");
         assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
         assert!(Output::new(&dir.path().join("none/a.hits")).is_err());
         assert!(Output::new(dir.path()).is_err());

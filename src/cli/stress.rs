@@ -32,7 +32,8 @@ const LOOKING: Duration = Duration::from_secs(60);
 /// wrong that rounding doesn't excuse, or differs between two trees or walks in any bit; where a record could be no answer,
 /// or a ray of NaN hits, in any precision. The fast test leaks by nature: its faults are counted. A tree deeper than any
 /// stack is refused, which is no failure. Of failures the least case is looked for and written as files that
-/// `boxwood query` takes. Exit code 1 with any failure.
+/// `boxwood query` takes. --json is written anew with every scene, so that a run cut off keeps those that it finished. Exit
+/// code 1 with any failure.
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
     /// Instead of all this: trace N rays in all from within closed meshes (round ones, tiny, huge and far ones, with needles,
@@ -68,7 +69,7 @@ pub(super) struct Args {
     /// Folder for the least cases of failures, or, with --closed, for the first faulty rays and their meshes.
     #[arg(long, value_name = "DIR", default_value = "stress")]
     out: PathBuf,
-    /// Write all as JSON to this file.
+    /// Write all as JSON to this file, again with every scene or mesh that is done.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
 }
@@ -113,9 +114,12 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
     let rows = stress::run(&device, &cases, &plan, &traced, &|step| match step {
         Step::Begun(case) => progress.set_message(case.title()),
         Step::Trying(case, setting, options) => watch.expect(tried(case, setting, options)),
-        Step::Done(row) => {
+        Step::Done(rows) => {
             progress.inc(1);
-            progress.suspend(|| global.remark(fared(row)));
+            progress.suspend(|| {
+                rows.last().inspect(|row| global.remark(fared(row)));
+                keep(global, json, || report(&device, &plan, cases.len(), rows, &[]));
+            });
         }
     });
     progress.finish_and_clear();
@@ -129,10 +133,18 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
         }
     }
     if let Some(json) = json {
-        let report = report(&device, &plan, summary.clone(), &rows, &saved);
+        let report = report(&device, &plan, cases.len(), &rows, &saved);
         json.finish(files::json(&report)?.as_bytes())?;
     }
     fail_on(&summary, args)
+}
+
+/// Writes what there is so far. Where that can't be done the run goes on: at its end there may be room.
+fn keep<R: serde::Serialize>(global: &Global, json: Option<Output>, so_far: impl FnOnce() -> R) {
+    let written = json.map(|json| json.keep(files::json(&so_far())?.as_bytes()));
+    if let Some(Err(e)) = written {
+        global.remark(format_args!("{e:#}: what is done is not kept"));
+    }
 }
 
 /// The command's failure, where a scene failed.

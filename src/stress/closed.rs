@@ -135,14 +135,23 @@ pub enum ClosedError {
     },
 }
 
+/// What a run tells while it goes on.
+#[derive(Debug)]
+pub enum Step<'a> {
+    /// So many more rays are done.
+    Traced(u64),
+    /// A row is done: all rows so far, it last.
+    Done(&'a [Row]),
+}
+
 /// Result of a run.
 pub type Result<T> = std::result::Result<T, ClosedError>;
 
-/// Traces what `plan` says, every walk in turn; a row a solid, builder and kind. `progress` is told how many rays are done.
+/// Traces what `plan` says, every walk in turn; a row a solid, builder and kind.
 ///
 /// # Errors
 /// [`ClosedError`]. Rays that get out are none: see [`Row::faults`].
-pub fn run(device: &Arc<Device>, plan: &Plan, progress: &dyn Fn(u64)) -> Result<Vec<Row>> {
+pub fn run(device: &Arc<Device>, plan: &Plan, told: &dyn Fn(Step)) -> Result<Vec<Row>> {
     let count = (plan.solids.len() * plan.builders.len() * Kind::ALL.len()) as u64;
     let mut batch = Batch::new(device, CHUNK, false)?;
     let mut rows = vec![];
@@ -160,9 +169,10 @@ pub fn run(device: &Arc<Device>, plan: &Plan, progress: &dyn Fn(u64)) -> Result<
                 let rays = plan.rays / count + u64::from(at < plan.rays % count);
                 let mut row = Row::new(solid, method, &bvh, kind);
                 let shots = Shots::new(solid, kind, mixed(plan.seed ^ mixed(at)));
-                let run = Run { device, bvh: &bvh, reference: &reference, shots, progress };
+                let run = Run { device, bvh: &bvh, reference: &reference, shots, told };
                 run.fill(&mut row, rays, plan.precision, &mut batch)?;
                 rows.push(row);
+                told(Step::Done(&rows));
             }
         }
     }
@@ -203,7 +213,7 @@ struct Run<'a> {
     bvh: &'a Bvh,
     reference: &'a Reference<'a>,
     shots: Shots<'a>,
-    progress: &'a dyn Fn(u64),
+    told: &'a dyn Fn(Step),
 }
 
 impl Run<'_> {
@@ -219,7 +229,7 @@ impl Run<'_> {
                 let shots: Vec<Shot> =
                     (start..next).into_par_iter().map(|i| shots.shot(i).asked(options.query)).collect();
                 self.trace(row, &shots, options, batch)?;
-                (self.progress)(next - start);
+                (self.told)(Step::Traced(next - start));
                 start = next;
             }
         }

@@ -36,8 +36,8 @@ pub enum Step<'a> {
     Begun(&'a Case),
     /// A tree is next, and rays through it where it is there.
     Trying(&'a Case, &'a Setting, Option<&'a Options>),
-    /// A scene is done.
-    Done(&'a Row),
+    /// A scene is done: all rows so far, its own last.
+    Done(&'a [Row]),
 }
 
 /// Tries `cases` by `plan` on `device`. A row a case.
@@ -48,13 +48,13 @@ pub fn run(
     answer: Answer,
     told: &dyn Fn(Step),
 ) -> Vec<Row> {
-    let one = |case: &&'static Case| {
+    let mut rows = vec![];
+    for case in cases {
         told(Step::Begun(case));
-        let row = try_case(device, case, plan, answer, told);
-        told(Step::Done(&row));
-        row
-    };
-    cases.iter().map(one).collect()
+        rows.push(try_case(device, case, plan, answer, told));
+        told(Step::Done(&rows));
+    }
+    rows
 }
 
 fn try_case(

@@ -6,9 +6,10 @@ use crate::cli::Folder;
 use crate::gpu::{quiet, quiet_on};
 use crate::matrix::each_width;
 use boxwood::bvh::Method;
-use boxwood::stress::closed::{Fault, Plan, Row, Solid, run};
+use boxwood::stress::closed::{Fault, Plan, Row, Solid, Step, run};
 use boxwood::trace::Precision;
 use serde_json::Value;
+use std::cell::Cell;
 
 fn plan(rays: u64, builders: &[&str]) -> Plan {
     let builders = builders.iter().map(|name| Method::named(name).unwrap()).collect();
@@ -28,9 +29,16 @@ fn no_ray_of_a_million_gets_out() {
     let device = quiet();
     let builders = ["ploc", "lbvh", "sah", "dito14", "odop2", "hybrid", "auto"];
     let plan = plan(1_000_000, &builders);
-    let told = std::cell::Cell::new(0);
-    let rows = run(&device, &plan, &|n| told.set(told.get() + n)).unwrap();
-    assert_eq!((rows.len(), told.get()), (plan.solids.len() * 7 * 3, 1_000_000));
+    let (traced, done) = (Cell::new(0), Cell::new(0));
+    let told = |step: Step| match step {
+        Step::Traced(rays) => traced.set(traced.get() + rays),
+        Step::Done(rows) => {
+            done.set(done.get() + 1);
+            assert_eq!(rows.len(), done.get());
+        }
+    };
+    let rows = run(&device, &plan, &told).unwrap();
+    assert_eq!((rows.len(), traced.get(), done.get()), (plan.solids.len() * 7 * 3, 1_000_000, rows.len()));
     assert_tight(&rows, 1_000_000);
     let oriented = rows.iter().filter(|r| r.oriented > 0).count();
     assert!(oriented > rows.len() / 3, "{oriented} of {} rows go through oriented boxes", rows.len());

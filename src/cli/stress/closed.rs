@@ -1,16 +1,18 @@
 //! `boxwood stress --closed`: a long run of rays from within closed meshes.
 
-use super::Args;
+use super::{Args, keep};
 use crate::cli::Global;
 use crate::cli::files::{self, Output};
 use crate::cli::query::bar;
+use crate::device::Device;
 use crate::scene::write::tri;
-use crate::stress::closed::{self, Plan, Row, Solid};
+use crate::stress::closed::{self, Plan, Row, Solid, Step};
 use crate::trace::Precision;
 use anyhow::{Context, Result, bail};
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use std::io::Write;
 use std::path::Path;
+use std::time::Instant;
 
 /// Faulty rays that are saved.
 const SAVED: usize = 8;
@@ -26,6 +28,8 @@ struct Report<'a> {
     doubles: bool,
     subgroup: u32,
     seed: u64,
+    /// Rays that are not traced yet: what is here is kept while a run goes on.
+    left: u64,
     #[serde(flatten)]
     total: Total,
     seconds: f64,
@@ -71,30 +75,38 @@ pub(super) fn run(global: &Global, args: &Args, rays: u64) -> Result<()> {
         precision: Precision::Robust,
     };
     let bar = bar(global, rays as usize);
-    let start = std::time::Instant::now();
-    let rows = closed::run(&device, &plan, &|n| bar.inc(n))?;
-    let seconds = start.elapsed().as_secs_f64();
+    let start = Instant::now();
+    let rows = closed::run(&device, &plan, &|step| match step {
+        Step::Traced(n) => bar.inc(n),
+        Step::Done(rows) => bar.suspend(|| keep(global, json, || report(&device, &plan, rows, start))),
+    })?;
     bar.finish_and_clear();
-    let total = Total::of(&rows);
-    let info = device.info();
-    writeln!(std::io::stdout().lock(), "{}", table(&rows, &total))?;
+    let (report, info) = (report(&device, &plan, &rows, start), device.info());
+    let Report { total, seconds, .. } = &report;
+    writeln!(std::io::stdout().lock(), "{}", table(&rows, total))?;
     global.remark(format_args!("{} rays in {seconds:.1} s on {}, {}", total.rays, info.name, info.driver));
     if let Some(json) = json {
-        let report = Report {
-            version: env!("CARGO_PKG_VERSION"),
-            commit: env!("BOXWOOD_COMMIT"),
-            device: &info.name,
-            driver: &info.driver,
-            doubles: device.is_wide(),
-            subgroup: info.subgroup_size,
-            seed: args.seed,
-            total,
-            seconds,
-            rows: &rows,
-        };
         json.finish(files::json(&report)?.as_bytes())?;
     }
     fail_on_faults(&rows, &plan.solids, &args.out)
+}
+
+/// All of a run, or what there is of it so far.
+fn report<'a>(device: &'a Device, plan: &Plan, rows: &'a [Row], start: Instant) -> Report<'a> {
+    let (info, total) = (device.info(), Total::of(rows));
+    Report {
+        version: env!("CARGO_PKG_VERSION"),
+        commit: env!("BOXWOOD_COMMIT"),
+        device: &info.name,
+        driver: &info.driver,
+        doubles: device.is_wide(),
+        subgroup: info.subgroup_size,
+        seed: plan.seed,
+        left: plan.rays - total.rays,
+        total,
+        seconds: start.elapsed().as_secs_f64(),
+        rows,
+    }
 }
 
 /// A row a mesh, builder and kind of rays, and their sum.

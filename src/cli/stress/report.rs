@@ -15,6 +15,8 @@ pub(super) struct Report<'a> {
     seed: u64,
     rays_per_set: usize,
     builders: Vec<&'static str>,
+    /// Scenes that are not tried yet: what is here is kept while a run goes on.
+    left: usize,
     summary: Summary,
     scenes: Vec<SceneReport<'a>>,
 }
@@ -53,11 +55,11 @@ struct FailureReport<'a> {
     smallest: Option<&'a Saved>,
 }
 
-/// All of a run, for machines.
+/// All of a run of `scenes` scenes, or what there is of it so far, for machines.
 pub(super) fn report<'a>(
     device: &'a Device,
     plan: &Plan,
-    summary: Summary,
+    scenes: usize,
     rows: &'a [Row],
     saved: &'a [(usize, usize, Saved)],
 ) -> Report<'a> {
@@ -98,7 +100,8 @@ pub(super) fn report<'a>(
         seed: plan.seed,
         rays_per_set: plan.rays,
         builders: plan.methods.iter().map(|m| m.name).collect(),
-        summary,
+        left: scenes - rows.len(),
+        summary: Summary::of(rows),
         scenes: rows.iter().enumerate().map(scene).collect(),
     }
 }

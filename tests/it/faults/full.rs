@@ -97,6 +97,26 @@ fn tables_reports_and_pictures_are_whole_or_not_there() {
     assert_eq!(fs::read_to_string(folder.path("left/rows.jsonl")).unwrap(), measured);
 }
 
+#[test]
+fn stress_goes_on_and_keeps_the_old_file() {
+    let folder = Folder::new();
+    fs::create_dir(folder.path("disk")).unwrap();
+    fs::write(folder.path("disk/a.json"), "that of before").unwrap();
+    let one = ["stress", "--quick", "--only", "/one", "--builders", "ploc", "--rays", "7"];
+    let closed = ["stress", "--closed", "700", "--builders", "ploc"];
+    for (args, last) in [(&one[..], "1 scene: 1 passed"), (&closed[..], "| all ")] {
+        let Some(out) = on_small_disk(&folder, &[args, &["--json", "disk/a.json"]].concat(), Some(0)) else {
+            return;
+        };
+        assert_full(&out, "can't write disk/a.json", NO_ROOM);
+        let stderr = String::from_utf8_lossy(&out.stderr);
+        assert!(stderr.contains("what is done is not kept"), "{stderr}");
+        assert!(String::from_utf8_lossy(&out.stdout).contains(last), "the run ended before its end");
+        assert_eq!(files(&folder.path("left")), ["a.json"]);
+        assert_eq!(fs::read_to_string(folder.path("left/a.json")).unwrap(), "that of before");
+    }
+}
+
 /// Runs `args` with a cache on the disk, which is full.
 fn with_full_cache(folder: &Folder, args: &[&str], bin: &Path) -> Option<Output> {
     let mut boxwood = folder.command(args);

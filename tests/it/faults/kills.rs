@@ -3,6 +3,7 @@
 
 use crate::bench::{args, folder, rows};
 use crate::cli::Folder;
+use serde_json::Value;
 use std::ffi::OsString;
 use std::fs;
 use std::os::unix::process::ExitStatusExt;
@@ -126,6 +127,40 @@ fn a_fetch_cut_off_leaves_no_mesh_and_its_folder_goes() {
         assert!(out.status.code() == Some(1) && stderr.contains("no such package"), "{stderr}");
         assert_eq!(fetching(), 0, "{signal}: the folder of the killed one is still there");
     }
+}
+
+#[test]
+fn scenes_tried_before_a_kill_are_kept() {
+    let folder = Folder::new();
+    let only = ["--only", "/none", "--only", "/one", "--only", "/two", "--only", "/soup"];
+    let args =
+        [&["stress", "--quick", "--builders", "ploc", "--rays", "12", "--json", "a"], &only[..]].concat();
+    let json = || -> Option<Value> { serde_json::from_slice(&fs::read(folder.path("a")).ok()?).unwrap() };
+    let untimed = |scenes: &Value| {
+        let mut scenes = scenes.as_array().unwrap().clone();
+        scenes.iter_mut().for_each(|s| s["seconds"] = 0.into());
+        scenes
+    };
+    assert!(folder.run(&args).status.success());
+    let whole = untimed(&json().unwrap()["scenes"]);
+    // Those named, and morton/two-codes.
+    assert_eq!((whole.len(), &json().unwrap()["left"]), (5, &0.into()));
+    let mut caught = 0;
+    for (signal, _) in SIGNALS {
+        fs::remove_file(folder.path("a")).unwrap();
+        let mut child = started(&folder, &args);
+        while json().is_none() && child.try_wait().unwrap().is_none() {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        killed(child, signal);
+        let cut = json().unwrap();
+        let tried = untimed(&cut["scenes"]);
+        assert!(!tried.is_empty() && whole.starts_with(&tried), "{signal}: {cut}");
+        assert_eq!(cut["left"], whole.len() - tried.len(), "{signal}");
+        assert_eq!(cut["summary"]["scenes"], tried.len(), "{signal}");
+        caught += usize::from(tried.len() < whole.len());
+    }
+    assert!(caught > 0, "never cut off");
 }
 
 #[test]

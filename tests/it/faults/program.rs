@@ -3,6 +3,7 @@
 
 use crate::bench::{args, folder, rows};
 use crate::cli::Folder;
+use serde_json::Value;
 use std::fs;
 use std::process::Output;
 
@@ -88,6 +89,28 @@ fn rows_outlive_a_failing_device() {
     assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
     assert!(text().starts_with(&kept));
     assert_eq!(rows(&folder, "cut/rows.jsonl"), rows(&folder, "whole/rows.jsonl"));
+}
+
+#[test]
+fn scenes_tried_outlive_a_failing_device() {
+    let folder = Folder::new();
+    let json = |file| -> Value { serde_json::from_slice(&fs::read(folder.path(file)).unwrap()).unwrap() };
+    // What fails is a finding, and named.
+    let only = ["--only", "/none", "--only", "/one", "--builders", "ploc", "--rays", "7"];
+    let args = [&["stress", "--quick", "--json", "s.json"], &only[..]].concat();
+    let said = error(&with(&folder, "submit:30", &args), "stress");
+    assert_eq!(said, "error: 1 of 2 scenes failed; what was saved is in stress");
+    let scenes = &json("s.json")["scenes"];
+    assert_eq!((&scenes[0]["outcome"], &scenes[1]["outcome"]), (&"pass".into(), &"fail".into()));
+    assert!(scenes[1]["failures"][0]["what"].as_str().unwrap().contains("device lost"), "{scenes}");
+    // A long run ends there, and keeps its rows.
+    let args = ["stress", "--closed", "20000", "--builders", "ploc", "--json", "c.json", "-q"];
+    let said = error(&with(&folder, "submit:300", &args), "closed");
+    assert!(said.contains("device lost"), "{said}");
+    let report = json("c.json");
+    let rays: u64 = report["rows"].as_array().unwrap().iter().map(|row| row["rays"].as_u64().unwrap()).sum();
+    assert_eq!((&report["rays"], &report["left"]), (&rays.into(), &(20_000 - rays).into()));
+    assert!(0 < rays && rays < 20_000, "{rays} rays");
 }
 
 #[test]
