@@ -117,7 +117,9 @@ pub(super) fn run(global: &Global, args: &Args) -> Result<()> {
         Step::Done(rows) => {
             progress.inc(1);
             progress.suspend(|| {
-                rows.last().inspect(|row| global.remark(fared(row)));
+                if let Some(row) = rows.last() {
+                    global.remark(fared(row));
+                }
                 keep(global, json, || report(&device, &plan, cases.len(), rows, &[]));
             });
         }
