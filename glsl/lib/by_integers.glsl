@@ -1,7 +1,9 @@
 // Ray against triangle by integers: as if in exact arithmetic. Wants lib/double_single.glsl and struct Meeting.
 #include "lib/digits.glsl"
 
-bool meet_by_integers(vec3 d, vec3 o, vec3 a, vec3 b, vec3 c, out Meeting m) {
+// Whether the triangle is met; of the range from t_min to t_max only sides of 0 count, which t that is 0 to the floats alone
+// no longer tells: it may be before a range that begins at 0, or after one that ends there.
+bool meet_by_integers(vec3 d, vec3 o, vec3 a, vec3 b, vec3 c, float t_min, float t_max, out Meeting m) {
     if (a == b || b == c || c == a) return false;
     vec2 weight[3], depth;
     ivec3 exponents = ivec3(0);
@@ -34,6 +36,7 @@ bool meet_by_integers(vec3 d, vec3 o, vec3 a, vec3 b, vec3 c, out Meeting m) {
     vec3 tuv = quotients(Pairs(vec3(depth.x, weight[1].x, weight[2].x), vec3(depth.y, weight[1].y, weight[2].y)), det);
     // Scaled last, so that no quotient is near what devices may take for 0.
     vec2 uv = vec2(scaled(tuv.y, exponents.y - exponent), scaled(tuv.z, exponents.z - exponent));
-    m = Meeting(scaled(tuv.x, depth_exponent - exponent), uv);
-    return true;
+    float t = scaled(tuv.x, depth_exponent - exponent);
+    m = Meeting(t, uv);
+    return t != 0.0 || !(tuv.x < 0.0 && t_min >= 0.0 || tuv.x > 0.0 && t_max <= 0.0);
 }

@@ -41,7 +41,8 @@ bool meet_in_doubt(Setup s, PackedTriangle t, float limit, out Meeting m) {
     // Beyond, products might overflow.
     uint known = s.reach < 1048576.0 ? meet_by_pairs(d, s.origin, a, b, c, s.t_min, limit, m) : UNKNOWN;
 #endif
-    if (known == UNKNOWN && finite(s.reach)) known = meet_by_integers(d, s.origin, a, b, c, m) ? MET : PASSED_BY;
+    if (known == UNKNOWN && finite(s.reach))
+        known = meet_by_integers(d, s.origin, a, b, c, s.t_min, s.t_max, m) ? MET : PASSED_BY;
     return known == MET;
 }
 

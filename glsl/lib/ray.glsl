@@ -67,12 +67,12 @@ float scaled(float x, int exponent) {
     return uintBitsToFloat(sign_bit | (e < 1 ? 0u : e > 254 ? 0x7f800000u : bits & 0x007fffffu | uint(e) << 23));
 }
 
-// Likewise a limit of t, towards the inside of the range where it would become 0: t = 0 stays out of a range that begins
-// above or ends below it.
-float scaled_limit(float t, int exponent, uint outward_sign) {
+// Likewise a limit of t, which stays on its side of 0: below 2⁻¹²⁶ it becomes that, so that a range that begins or ends at 0
+// is told from one that only does so nearly.
+float scaled_limit(float t, int exponent) {
     uint bits = floatBitsToUint(t), size = floatBitsToUint(scaled(t, exponent)) & 0x7fffffffu;
-    bool inward = (bits & 0x80000000u) != outward_sign && (bits & 0x7fffffffu) != 0u;
-    return size == 0u && inward ? uintBitsToFloat(bits & 0x80000000u | 0x00800000u) : scaled(t, exponent);
+    bool nearly = size == 0u && (bits & 0x7fffffffu) != 0u;
+    return nearly ? uintBitsToFloat(bits & 0x80000000u | 0x00800000u) : scaled(t, exponent);
 }
 
 // 1 / d, finite.
@@ -96,8 +96,8 @@ Setup prepare(Ray ray) {
     d = vec3(scaled(d.x, -exponent), scaled(d.y, -exponent), scaled(d.z, -exponent));
     s.direction = d;
     s.t_exponent = -exponent - args.exponent;
-    s.t_min = scaled_limit(ray.t_min, -s.t_exponent, 0x80000000u);
-    s.t_max = scaled_limit(ray.t_max, -s.t_exponent, 0u);
+    s.t_min = scaled_limit(ray.t_min, -s.t_exponent);
+    s.t_max = scaled_limit(ray.t_max, -s.t_exponent);
 
     o = vec3(scaled(o.x, args.exponent), scaled(o.y, args.exponent), scaled(o.z, args.exponent));
     vec3 moved = o - args.anchor;

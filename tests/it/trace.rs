@@ -489,6 +489,35 @@ fn ties_within_the_least_float_go_to_the_lower_index() {
     }
 }
 
+/// t that is 0 to the floats alone is on its side of 0: of a triangle 2⁻¹¹⁰ of the scene in size, −7.5e-41 is not in a range
+/// that begins at 0, nor 7.5e-41 in one that ends there.
+#[test]
+fn what_is_nearly_0_is_on_its_side() {
+    let (least, most) = (1.540_744e-33, 1.848_892_8e-33);
+    let tiny = [[least; 3], [1.694_818_4e-33; 3], [1.694_818_4e-33, least, most]];
+    let far = [[0.001_953_125; 3], [0.002_148_437_5; 3], [0.002_148_437_5, 0.001_953_125, 0.002_343_75]];
+    let ray =
+        ray([1.643_460_3e-33, 1.592_102e-33, 1.694_818_4e-33], [0.816_496_6, -0.408_248_3, -0.408_248_3]);
+    let scene = scene(&[far, tiny]);
+    let back = Ray { direction: ray.direction.map(|x| -x), ..ray };
+    let ranges = |ray: Ray| {
+        [(0.0, 1.0), (-1.0, 0.0), (-1.0, 1.0), (0.0, 0.0), (-1e-42, 1.0), (-1.0, 1e-42)]
+            .map(|(t_min, t_max)| Ray { t_min, t_max, ..ray })
+    };
+    for device in [gpu, narrow] {
+        let device = quiet_on(device);
+        let traced = Traced::new(&device, &scene, &Recipe::default());
+        let mut hit = Vec::new();
+        for ray in [ray, back] {
+            let hits = traced.assert_twin("before and behind", &ranges(ray));
+            hit.push(hits.iter().map(|h| h.is_hit()).collect::<Vec<_>>());
+        }
+        // Limits below 2⁻¹²⁶ of the scene are that, so that what is as near is within them.
+        assert_eq!(hit[0], [false, true, true, false, true, true], "behind");
+        assert_eq!(hit[1], [true, false, true, false, true, true], "before");
+    }
+}
+
 #[test]
 fn any_number_of_rays() {
     let device = quiet();

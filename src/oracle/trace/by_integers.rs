@@ -24,6 +24,9 @@ pub(super) fn meet_by_integers(s: &Setup, [a, b, c]: [V3; 3]) -> Option<Meeting>
         let sum = Pair::exact_sum(det.hi, scaled(w.value.hi, shift));
         det = Pair { hi: sum.hi, lo: sum.lo + (det.lo + scaled(w.value.lo, shift)) };
     }
-    let [t, v, w] = [depth, weights[1], weights[2]].map(|x| scaled(x.value.over(det), x.exponent - exponent));
-    Some(Meeting { t, uv: [v, w] })
+    let [t, v, w] = [depth, weights[1], weights[2]].map(|x| (x.value.over(det), x.exponent - exponent));
+    let side = t.0;
+    let [t, v, w] = [t, v, w].map(|(x, shift)| scaled(x, shift));
+    let beside = t == 0.0 && (side < 0.0 && s.t_min >= 0.0 || side > 0.0 && s.t_max <= 0.0);
+    (!beside).then_some(Meeting { t, uv: [v, w] })
 }

@@ -62,11 +62,10 @@ pub(super) fn scaled(x: f32, exponent: i32) -> f32 {
     if exact.abs() < f64::from(f32::MIN_POSITIVE) { 0f32.copysign(x) } else { exact as f32 }
 }
 
-/// Likewise a limit of t, towards the inside of the range where it would become 0.
-fn scaled_limit(t: f32, exponent: i32, outward_sign: f32) -> f32 {
+/// Likewise a limit of t, which stays on its side of 0.
+fn scaled_limit(t: f32, exponent: i32) -> f32 {
     let scaled = scaled(t, exponent);
-    let inward = t.is_sign_negative() != outward_sign.is_sign_negative() && t != 0.0;
-    if scaled == 0.0 && inward { f32::MIN_POSITIVE.copysign(t) } else { scaled }
+    if scaled == 0.0 && t != 0.0 { f32::MIN_POSITIVE.copysign(t) } else { scaled }
 }
 
 /// 1 / d, finite.
@@ -111,7 +110,7 @@ pub fn prepare(ray: &Ray, space: &Space) -> Setup {
     } else {
         [1, 2, 0]
     };
-    let t_min = scaled_limit(ray.t_min, -t_exponent, -1.0);
+    let t_min = scaled_limit(ray.t_min, -t_exponent);
     Setup {
         origin: axes.map(|k| o[k]),
         shear: [d[axes[0]] / d[axes[2]], d[axes[1]] / d[axes[2]], 1.0 / d[axes[2]]],
@@ -127,7 +126,7 @@ pub fn prepare(ray: &Ray, space: &Space) -> Setup {
         near: std::array::from_fn(|k| centre[k] - pad[k]),
         far: std::array::from_fn(|k| centre[k] + pad[k]),
         t_min,
-        t_max: scaled_limit(ray.t_max, -t_exponent, 1.0),
+        t_max: scaled_limit(ray.t_max, -t_exponent),
         t_exponent,
         valid,
     }
