@@ -85,11 +85,11 @@ impl Ray64 {
         }
     }
 
-    /// Below this t may become 0 on a device: a distance of 2⁻¹²⁶ of `extent`, in whose units it reckons.
+    /// Below this t may become 0 on a device, in whose units it is below 2⁻¹²⁶: powers of two scale `extent` there to between 1/2
+    /// and 1, and the direction's largest component to between 1 and 2.
     pub fn least_t(&self, extent: f64) -> f64 {
         let largest = self.direction.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-        // A device scales by powers of two: by what lies between half of these and all.
-        f64::from(f32::MIN_POSITIVE) * 2.0 * extent / largest
+        f64::from(f32::MIN_POSITIVE) * 4.0 * extent / largest
     }
 
     /// The ray as a device sees it to which denormal numbers are 0: without coordinates of its origin and components of its

@@ -518,6 +518,26 @@ fn what_is_nearly_0_is_on_its_side() {
     }
 }
 
+/// To a device that reckons in twice the scene's extent and half the direction, t below 2⁻¹²⁵ may be 0, and that is no fault;
+/// from there on it is told.
+#[test]
+fn t_below_the_least_float_of_a_device_may_be_0() {
+    let least = f32::MIN_POSITIVE;
+    let slope = 1.99;
+    let level = |z: f32| scene(&[[[-0.5, -0.5, z], [0.5, -0.5, z], [0.0, 0.5, z]]]);
+    let rays = [slope, -slope].map(|z| Ray { t_min: -1.0, ..ray([0.0; 3], [0.0, 0.0, z]) });
+    for device in [gpu, narrow] {
+        let device = quiet_on(device);
+        for t in [0.9, 1.8, 1.99, 2.01, 3.0, 4.0, 100.0] {
+            let hits = check(&device, &format!("t = {t} · 2⁻¹²⁶"), &level(t * least * slope), &rays);
+            for (hit, sign) in hits.iter().zip([1.0, -1.0]) {
+                let told = hit.t / least * sign;
+                assert!((told - t).abs() < 1e-5 * t || t < 2.0 && told == 0.0, "{t}: {told}");
+            }
+        }
+    }
+}
+
 #[test]
 fn any_number_of_rays() {
     let device = quiet();
