@@ -10,7 +10,7 @@ use super::{Check, Contender, Coverage, KernelTime, Plan, RayKind, RayRow, RaySe
 use crate::abi::{Hit, Ray};
 use crate::bvh::Bvh;
 use crate::device::{Buffer, Device, Timing};
-use crate::oracle::compare::{self, compare};
+use crate::oracle::compare::{self, Arithmetic, compare};
 use crate::oracle::reference::Reference;
 use crate::trace::rays::{SAMPLES, Secondary, View, primary, secondary};
 use crate::trace::{BATCH, Batch, Boxes, Options, Precision, Query, RayOrder, Walk, trace};
@@ -195,7 +195,8 @@ impl<'a> Rays<'a> {
             }
             cell.row.cost_per_ray = cell.row.tests.map(|t| stage.costs.per_ray(&t, cell.row.rays));
             cell.row.check = stage.reference.as_ref().map(|reference| {
-                Check::from(&judge(reference, &open.sample, &cell.sample, cell.options.query))
+                let claimed = tree.arithmetic(&cell.options);
+                Check::from(&judge(reference, &open.sample, &cell.sample, cell.options.query, claimed))
             });
         }
         Ok(())
@@ -360,10 +361,16 @@ impl Cell {
     }
 }
 
-fn judge(reference: &Reference, rays: &[Ray], hits: &[Hit], query: Query) -> compare::Verdict {
+fn judge(
+    reference: &Reference,
+    rays: &[Ray],
+    hits: &[Hit],
+    query: Query,
+    claimed: Arithmetic,
+) -> compare::Verdict {
     let query = match query {
         Query::Closest => compare::Query::Closest,
         Query::Any => compare::Query::Any,
     };
-    compare(reference, rays, hits, query).sample_brute(reference, rays, BRUTE_RAYS)
+    compare(reference, rays, hits, query, claimed).sample_brute(reference, rays, BRUTE_RAYS)
 }

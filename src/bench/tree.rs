@@ -6,6 +6,7 @@ use super::plan::Maker;
 use crate::bvh::{self, Bvh, SceneBuffers};
 use crate::device::{self, Device, Times, Timing};
 use crate::kernels;
+use crate::oracle::compare::Arithmetic;
 use crate::ray_query;
 use crate::trace::{Batch, Boxes, Options, RayOrder, Walk, trace};
 use std::sync::Arc;
@@ -88,6 +89,14 @@ impl Tree {
             }
         };
         Ok(choice.options)
+    }
+
+    /// What its hits claim, traced with `options`.
+    pub(super) fn arithmetic(&self, options: &Options) -> Arithmetic {
+        match self {
+            Self::Packed(_) => options.precision.into(),
+            Self::Driver(_) => Arithmetic::Rounded,
+        }
     }
 
     /// The kernel that traces it with `options`.

@@ -52,7 +52,8 @@ impl Checks {
             Query::Any => compare::Query::Any,
         };
         let reference = Reference::new(scene);
-        let verdict = compare(&reference, rays, hits, query).sample_brute(&reference, rays, BRUTE_RAYS);
+        let verdict = compare(&reference, rays, hits, query, options.precision.into())
+            .sample_brute(&reference, rays, BRUTE_RAYS);
         global.remark(format_args!("check: {}", verdict.to_string().trim_end()));
         Self { hits: Some(verdict), strict: options.precision == Precision::Robust, ..self }
     }

@@ -1,8 +1,8 @@
 //! Judges a device's hits against the reference.
 //!
-//! A ray that differs is *stable* when copies of it, moved by about what f32 arithmetic may move it, agree with the
-//! reference on the plain ray: then rounding is no excuse, and the difference is a fault. Rays that agree need no
-//! copies, so none are made for them.
+//! A ray that differs is *stable* when copies of it, changed by what rounding may change, agree with the reference on the
+//! plain ray: then rounding is no excuse, and the difference is a fault. Rays that agree need no copies, so none are
+//! made for them. What copies there are depends on the [`Arithmetic`] that the device claims.
 
 mod verdict;
 
@@ -13,6 +13,7 @@ use super::brute::{self, Hit64, Ray64};
 use super::exact::V3;
 use super::reference::Reference;
 use crate::abi::{Hit, INVALID, Ray};
+use crate::trace::Precision;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -24,6 +25,24 @@ pub enum Query {
     Closest,
     /// Whether there is a hit; t is 0 where there is.
     Any,
+}
+
+/// What a test of rays and triangles claims.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Arithmetic {
+    /// To meet what exact arithmetic meets: only t is rounded, onto an end of its range too, and denormal numbers are 0.
+    Exact,
+    /// No more than f32 gives: the ray may be off by about what that may move it.
+    Rounded,
+}
+
+impl From<Precision> for Arithmetic {
+    fn from(precision: Precision) -> Self {
+        match precision {
+            Precision::Robust => Self::Exact,
+            Precision::Fast => Self::Rounded,
+        }
+    }
 }
 
 /// Relative difference of t beyond which a hit is on another surface.
@@ -46,11 +65,20 @@ const GRAIN_OF_T: f64 = f64::from_bits((1023 - 149) << 52);
 const CHUNK: usize = 1 << 12;
 
 /// Judges `hits[i]`, the device's answer to `rays[i]`. Where one slice is longer, the rest counts as malformed.
-pub fn compare(reference: &Reference, rays: &[Ray], hits: &[Hit], query: Query) -> Verdict {
+pub fn compare(
+    reference: &Reference,
+    rays: &[Ray],
+    hits: &[Hit],
+    query: Query,
+    arithmetic: Arithmetic,
+) -> Verdict {
+    let judge = |tally: &mut Tally, at: usize, ray: &Ray, hit: &Hit| {
+        judge(tally, at, reference, ray, hit, (query, arithmetic));
+    };
     let chunk = |(chunk, (rays, hits)): (usize, (&[Ray], &[Hit]))| {
         let mut tally = Tally::default();
         for (i, (ray, hit)) in rays.iter().zip(hits).enumerate() {
-            judge(&mut tally, chunk * CHUNK + i, reference, ray, hit, query);
+            judge(&mut tally, chunk * CHUNK + i, ray, hit);
         }
         tally
     };
@@ -67,7 +95,14 @@ pub fn compare(reference: &Reference, rays: &[Ray], hits: &[Hit], query: Query) 
 }
 
 /// Judges one ray.
-fn judge(tally: &mut Tally, at: usize, reference: &Reference, ray: &Ray, hit: &Hit, query: Query) {
+fn judge(
+    tally: &mut Tally,
+    at: usize,
+    reference: &Reference,
+    ray: &Ray,
+    hit: &Hit,
+    (query, arithmetic): (Query, Arithmetic),
+) {
     let ray64 = Ray64::new(ray);
     let expected = match query {
         Query::Closest => ray64.and_then(|r| reference.closest64(&r)),
@@ -79,7 +114,7 @@ fn judge(tally: &mut Tally, at: usize, reference: &Reference, ray: &Ray, hit: &H
         return tally.fault(example(Fault::Malformed, true));
     }
     // A ray that can hit nothing has no copies, and no excuse.
-    let copies = || ray64.into_iter().flat_map(|r| copies(&r, reference.extent()));
+    let copies = || ray64.into_iter().flat_map(|r| copies(&r, reference.extent(), arithmetic));
     if expected.is_some() != hit.is_hit() {
         let stable = match query {
             Query::Closest => copies().all(|c| agrees(expected, reference.closest64(&c))),
@@ -98,7 +133,8 @@ fn judge(tally: &mut Tally, at: usize, reference: &Reference, ray: &Ray, hit: &H
         tally.fault(example(Fault::Leaked, stable()));
     } else if hit.triangle == expected.triangle {
         tally.agreement(hit, &Hit64 { t: told, ..expected });
-    } else if ray64.is_some_and(|r| brushed(reference, &r, &expected, hit.triangle))
+    } else if arithmetic == Arithmetic::Rounded
+        && ray64.is_some_and(|r| brushed(reference, &r, &expected, hit.triangle))
         || ray64.into_iter().chain(copies()).any(|r| tied(reference, &r, &expected, hit.triangle))
     {
         tally.tie();
@@ -183,9 +219,9 @@ fn nearest(p: V3, [a, b, c]: [V3; 3]) -> V3 {
     on_edge.into_iter().fold(on_edge[0], |best, x| if x.0 < best.0 { x } else { best }).1
 }
 
-/// The ray moved to [`COPIES`] places on a circle across it, with its range stretched and shrunk, and without denormals in
-/// a scene of this extent.
-fn copies(ray: &Ray64, extent: f64) -> impl Iterator<Item = Ray64> + use<> {
+/// The ray with its range stretched and shrunk, and without denormals in a scene of this extent; where arithmetic rounds, moved
+/// to [`COPIES`] places on a circle across it as well.
+fn copies(ray: &Ray64, extent: f64, arithmetic: Arithmetic) -> impl Iterator<Item = Ray64> + use<> {
     let ray = *ray;
     let d = ray.direction();
     let length = dot(d, d).sqrt();
@@ -204,7 +240,8 @@ fn copies(ray: &Ray64, extent: f64) -> impl Iterator<Item = Ray64> + use<> {
         let offset: [f64; 3] = std::array::from_fn(|i| cos * across[i] + sin * up[i]);
         ray.displaced(offset.map(|x| x * size * ORIGIN_JITTER), offset.map(|x| x * length * DIRECTION_JITTER))
     };
-    (0..COPIES).map(moved).chain([
+    let around = if arithmetic == Arithmetic::Rounded { COPIES } else { 0 };
+    (0..around).map(moved).chain([
         ray.stretched(RANGE_JITTER),
         ray.stretched(-RANGE_JITTER),
         ray.without_denormals(extent),
@@ -231,7 +268,7 @@ mod tests {
     fn copies_surround_the_ray() {
         let ray = Ray { origin: [1.0, -2.0, 3.0], t_min: 0.0, direction: [0.0, 5.0, -0.0], t_max: 1.0 };
         let Some(plain) = Ray64::new(&ray) else { panic!("a good ray is refused") };
-        let moved: Vec<Ray64> = copies(&plain, 1.0).collect();
+        let moved: Vec<Ray64> = copies(&plain, 1.0, Arithmetic::Rounded).collect();
         assert_eq!(moved.len(), COPIES as usize + 3);
         let mut sum = [0.0; 3];
         for c in &moved[..COPIES as usize] {
@@ -250,7 +287,33 @@ mod tests {
             triangles: vec![[0, 1, 2]],
             ..Default::default()
         };
-        compare(&Reference::new(&scene), &[ray], &[hit], Query::Closest)
+        let reference = Reference::new(&scene);
+        let [exact, rounded] = [Arithmetic::Exact, Arithmetic::Rounded]
+            .map(|arithmetic| compare(&reference, &[ray], &[hit], Query::Closest, arithmetic));
+        assert_eq!(exact, rounded);
+        exact
+    }
+
+    #[test]
+    fn exact_arithmetic_is_not_excused_by_what_f32_may_move() {
+        let floor = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        let scene = crate::scene::Scene {
+            positions: floor.to_vec(),
+            triangles: vec![[0, 1, 2]],
+            ..Default::default()
+        };
+        let reference = Reference::new(&scene);
+        let of = |x: f32, t_max: f32, hit: Hit| {
+            let ray = Ray { origin: [x, 0.5, 1.0], t_min: 0.0, direction: [0.0, 0.0, -1.0], t_max };
+            [Arithmetic::Exact, Arithmetic::Rounded].map(|arithmetic| {
+                let v = compare(&reference, &[ray], &[hit], Query::Closest, arithmetic);
+                (v.missed + v.false_hits, v.missed_stable + v.false_stable)
+            })
+        };
+        let hit = Hit { t: 1.0, triangle: 0, u: 0.0, v: 0.5 };
+        assert_eq!(of(0.0, 9.0, Hit::MISS), [(1, 1), (1, 0)], "a miss of an edge");
+        assert_eq!(of(-1e-30, 9.0, hit), [(1, 1), (1, 0)], "a hit beside an edge");
+        assert_eq!(of(0.25, 1.0, Hit::MISS), [(1, 0); 2], "t at the end of its range");
     }
 
     #[test]

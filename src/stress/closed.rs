@@ -12,7 +12,7 @@ use self::shots::{Shot, Shots};
 use crate::abi::{Hit, INVALID, Ray};
 use crate::bvh::{self, BuildError, Bvh, Fit, Method, Recipe, SceneBuffers};
 use crate::device::{Device, DeviceError, Timing};
-use crate::oracle::compare::{self, compare};
+use crate::oracle::compare::{self, Arithmetic, compare};
 use crate::oracle::reference::Reference;
 use crate::trace::rays::mixed;
 use crate::trace::{Batch, Boxes, Options, Precision, Query, RayOrder, Walk, trace};
@@ -270,7 +270,7 @@ impl Run<'_> {
             Query::Closest => compare::Query::Closest,
             Query::Any => compare::Query::Any,
         };
-        let v = compare(self.reference, &rays, &hits, query);
+        let v = compare(self.reference, &rays, &hits, query, Arithmetic::Exact);
         row.judged += rays.len() as u64;
         row.contradicted +=
             (v.malformed + v.missed_stable + v.false_stable + v.leaked_stable + v.wrong_triangle_stable)

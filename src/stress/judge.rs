@@ -34,7 +34,7 @@ pub struct Total {
     pub wrong_triangle: usize,
     /// Records that no query could have written.
     pub malformed: usize,
-    /// Any of the first four on rays of which rounding decides.
+    /// Any of the first four where rounding decides: see [`compare::Arithmetic`].
     pub unsure: usize,
     /// Answers that are not, bit for bit, the first tree's and walk's.
     pub differing: usize,
@@ -176,7 +176,13 @@ impl<'a> Arena<'a> {
         let (mut total, mut fault) = (Total::default(), None);
         for Segment { name, range } in self.segments {
             let given = range.start.min(hits.len())..range.end.min(hits.len());
-            let verdict = compare(self.reference, &self.rays[range.clone()], &hits[given], query);
+            let verdict = compare(
+                self.reference,
+                &self.rays[range.clone()],
+                &hits[given],
+                query,
+                options.precision.into(),
+            );
             let found = Total::of(&verdict);
             total.add(&found);
             let bad = match options.precision {

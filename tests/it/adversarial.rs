@@ -8,7 +8,7 @@ use crate::soup::{Corners, Random, moved, random, random_rays, ray, scene, spher
 use boxwood::abi::{Hit, Ray};
 use boxwood::bvh::{Builder, Morton, Recipe};
 use boxwood::device::{Device, Timing};
-use boxwood::oracle::compare::{self, compare};
+use boxwood::oracle::compare::{self, Arithmetic, compare};
 use boxwood::oracle::reference::Reference;
 use boxwood::oracle::validate::{Claims, validate};
 use boxwood::scene::Scene;
@@ -31,7 +31,7 @@ fn check(what: &str, device: &Arc<Device>, scene: &Scene, rays: &[Ray]) -> Vec<H
         batch.set(rays).unwrap();
         trace(device, &built.bvh, &batch, Options::default(), Timing::Off).unwrap();
         let hits = batch.hits.read().unwrap();
-        let verdict = compare(&reference, rays, &hits, compare::Query::Closest);
+        let verdict = compare(&reference, rays, &hits, compare::Query::Closest, Arithmetic::Exact);
         assert!(verdict.is_clean(), "{what}, {builder:?}: {verdict}");
         hits
     });

@@ -5,7 +5,7 @@ mod signs;
 
 use boxwood::abi::{Hit, INVALID, Ray};
 use boxwood::oracle::brute;
-use boxwood::oracle::compare::{Query, compare};
+use boxwood::oracle::compare::{Arithmetic, Query, compare};
 use boxwood::oracle::reference::Reference;
 use boxwood::scene::Scene;
 use proptest::prelude::*;
@@ -219,8 +219,9 @@ fn judged() -> (Scene, Vec<Ray>) {
 fn honest_hits_are_clean() {
     let (scene, rays) = judged();
     let reference = Reference::new(&scene);
-    let verdict = compare(&reference, &rays, &answers(&reference, &rays), Query::Closest)
-        .sample_brute(&reference, &rays, 50);
+    let verdict =
+        compare(&reference, &rays, &answers(&reference, &rays), Query::Closest, Arithmetic::Rounded)
+            .sample_brute(&reference, &rays, 50);
     assert!(verdict.is_clean() && verdict.examples.is_empty(), "{verdict}");
     assert_eq!((verdict.rays, verdict.ties), (3000, 0));
     assert!(
@@ -258,7 +259,7 @@ fn doctored_hits_are_counted_one_by_one() {
     hits[hit[33]].u = -0.5;
     hits[hit[34]].t = -1.0;
     hits[miss[30]].triangle = 0;
-    let v = compare(&reference, &rays, &hits, Query::Closest);
+    let v = compare(&reference, &rays, &hits, Query::Closest, Arithmetic::Rounded);
     assert_eq!(
         (v.missed, v.false_hits, v.leaked, v.wrong_triangle, v.malformed, v.ties),
         (3, 4, 5, 6, 6, 0),
@@ -270,7 +271,8 @@ fn doctored_hits_are_counted_one_by_one() {
         "{v}"
     );
     assert!(!v.is_clean() && v.examples.len() == 5 && v.to_string().starts_with("FAULTY"), "{v}");
-    let short = compare(&reference, &rays, &answers(&reference, &rays)[..2990], Query::Closest);
+    let short =
+        compare(&reference, &rays, &answers(&reference, &rays)[..2990], Query::Closest, Arithmetic::Rounded);
     assert_eq!((short.malformed, short.rays), (10, 2990));
 }
 
@@ -281,7 +283,7 @@ fn any_hit_is_judged_by_occlusion_alone() {
     let occluded = Hit { t: 0.0, ..Hit::MISS };
     let mut hits: Vec<Hit> =
         rays.iter().map(|r| if reference.any(r) { occluded } else { Hit::MISS }).collect();
-    let verdict = compare(&reference, &rays, &hits, Query::Any);
+    let verdict = compare(&reference, &rays, &hits, Query::Any, Arithmetic::Rounded);
     assert!(verdict.is_clean() && verdict.examples.is_empty(), "{verdict}");
     let hit: Vec<usize> = (0..rays.len()).filter(|&i| hits[i].is_hit()).collect();
     let miss: Vec<usize> = (0..rays.len()).filter(|&i| i % 3 == 0 && !hits[i].is_hit()).collect();
@@ -289,7 +291,7 @@ fn any_hit_is_judged_by_occlusion_alone() {
     hits[hit[1]].t = 0.5;
     hits[miss[0]] = occluded;
     hits[miss[1]] = occluded;
-    let v = compare(&reference, &rays, &hits, Query::Any);
+    let v = compare(&reference, &rays, &hits, Query::Any, Arithmetic::Rounded);
     assert_eq!((v.missed_stable, v.false_stable, v.malformed), (1, 2, 1), "{v}");
 }
 
@@ -313,13 +315,13 @@ fn ties_and_grazes_are_no_faults() {
         down(0.75, 0.25),
     ];
     let hits = [hit(2, 0.5, 0.25), hit(1, 0.5, 0.0), Hit::MISS, hit(0, 0.5, 0.5), hit(1, 0.1, 0.1)];
-    let v = compare(&reference, &rays, &hits, Query::Closest);
+    let v = compare(&reference, &rays, &hits, Query::Closest, Arithmetic::Rounded);
     assert_eq!((v.ties, v.missed, v.missed_stable, v.false_hits, v.false_stable), (2, 1, 0, 1, 0), "{v}");
     assert_eq!((v.wrong_triangle, v.wrong_triangle_stable), (1, 1), "{v}");
     assert_eq!(v.examples.first().map(|e| e.ray), Some(4), "stable faults come first");
     // A hit at the very end of the range, which f32 may put on either side.
     let end = [Ray { t_max: 1.0, ..down(0.75, 0.25) }, Ray { t_max: 1.0f32.next_down(), ..down(0.75, 0.25) }];
-    let v = compare(&reference, &end, &[Hit::MISS, Hit::MISS], Query::Closest);
+    let v = compare(&reference, &end, &[Hit::MISS, Hit::MISS], Query::Closest, Arithmetic::Rounded);
     assert_eq!((v.missed, v.missed_stable), (1, 0), "{v}");
 }
 

@@ -10,7 +10,7 @@ use crate::trace::{CLOSEST, Traced, assert_same_hits, bits};
 use boxwood::abi::{Hit, Ray};
 use boxwood::bvh::{Builder, Fit, Recipe};
 use boxwood::oracle::brute;
-use boxwood::oracle::compare::{Query, compare};
+use boxwood::oracle::compare::{Arithmetic, Query, compare};
 use boxwood::oracle::reference::Reference;
 use boxwood::trace::{Options, Walk};
 use proptest::prelude::*;
@@ -136,7 +136,7 @@ proptest! {
             assert_same_hits(&what, &rays, first.get_or_insert_with(|| hits.clone()), &hits);
         }
         let hits = first.unwrap();
-        let verdict = compare(&reference, &rays, &hits, Query::Closest).sample_brute(&reference, &rays, rays.len());
+        let verdict = compare(&reference, &rays, &hits, Query::Closest, Arithmetic::Exact).sample_brute(&reference, &rays, rays.len());
         prop_assert!(verdict.is_clean(), "{verdict}");
     }
 

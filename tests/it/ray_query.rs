@@ -10,7 +10,7 @@ use crate::soup::{Corners, grid, random, random_rays, ray, scene, sphere};
 use boxwood::abi::{Hit, Ray};
 use boxwood::bvh::{BuildError, SceneBuffers};
 use boxwood::device::{Acceleration, Buffer, Device, DeviceError, Options, Recorder, Timing, Triangles};
-use boxwood::oracle::compare::{self, Verdict, compare};
+use boxwood::oracle::compare::{self, Arithmetic, Verdict, compare};
 use boxwood::oracle::reference::Reference;
 use boxwood::ray_query::{Built, TriangleOrder, build, trace};
 use boxwood::scene::Scene;
@@ -82,14 +82,14 @@ fn check(device: &Quiet<'_>, what: &str, scene: &Scene, rays: &[Ray]) -> Option<
     let reference = Reference::new(scene);
     let nearest = [&mesh, &morton].map(|b| hits(device, b, rays, Query::Closest, RayOrder::AsGiven));
     for (hits, order) in nearest.iter().zip(TriangleOrder::ALL) {
-        let verdict = compare(&reference, rays, hits, compare::Query::Closest);
+        let verdict = compare(&reference, rays, hits, compare::Query::Closest, Arithmetic::Rounded);
         assert!(faults(&verdict) == 0, "{what}, {order:?}: {verdict}");
     }
     let ts = nearest.each_ref().map(|hits| hits.iter().map(|h| h.t.to_bits()).collect::<Vec<_>>());
     assert_eq!(ts[0], ts[1], "{what}: t by the order of triangles");
     for (built, order) in [&mesh, &morton].into_iter().zip(TriangleOrder::ALL) {
         let any = hits(device, built, rays, Query::Any, RayOrder::AsGiven);
-        let verdict = compare(&reference, rays, &any, compare::Query::Any);
+        let verdict = compare(&reference, rays, &any, compare::Query::Any, Arithmetic::Rounded);
         assert!(faults(&verdict) == 0, "{what}, any hit, {order:?}: {verdict}");
         assert!(any.iter().all(|h| *bits(&[*h]) == *bits(&[Hit::MISS]) || h.t == 0.0), "{what}");
         for (query, plain) in [(Query::Closest, &nearest[order as usize]), (Query::Any, &any)] {

@@ -8,7 +8,7 @@ use crate::soup::{Random, aimed, grid, moved, named, random, random_rays, ray, s
 use boxwood::abi::{Hit, Ray, Tests};
 use boxwood::bvh::{self, Builder, Bvh, Fit, HostTree, Recipe, SceneBuffers};
 use boxwood::device::{Device, Timing};
-use boxwood::oracle::compare::{self, compare};
+use boxwood::oracle::compare::{self, Arithmetic, compare};
 use boxwood::oracle::morton::Space;
 use boxwood::oracle::reference::Reference;
 use boxwood::oracle::trace::Tree;
@@ -99,7 +99,7 @@ pub fn assert_same_hits(what: &str, rays: &[Ray], a: &[Hit], b: &[Hit]) {
 }
 
 fn assert_clean(what: &str, reference: &Reference, rays: &[Ray], hits: &[Hit]) {
-    let verdict = compare(reference, rays, hits, compare::Query::Closest);
+    let verdict = compare(reference, rays, hits, compare::Query::Closest, Arithmetic::Exact);
     assert!(verdict.is_clean(), "{what}: {verdict}");
 }
 
