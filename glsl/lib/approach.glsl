@@ -6,8 +6,10 @@
 // The point is the moved origin + ahead · d: of the exact sums and product what is lost is 11 u² R, R as in lib/ray.glsl,
 // so that R of the walk has 2⁻²⁴ R added: PAD times that is 2⁻⁴³ R.
 
-// A ray from nearer is as well off without, one from beyond 2¹⁰⁰ might overflow.
+// A ray from nearer is as well off without. For one from farther than DISTANT too much would be lost: see lib/distant.glsl.
+// To the fast test there is no such ray; from beyond 2¹⁰⁰ one might overflow.
 const float NEAR = 32.0;
+const float DISTANT = 4294967296.0;
 const float FARTHEST = 1267650600228229401496703205376.0;
 
 // How far along d the closest point to 0 is, less what leaves all of the scene ahead, whatever was rounded: where t is

@@ -2,11 +2,11 @@
 // and args.half_over_reach.
 //
 // Padding of oriented boxes. As in lib/ray.glsl: the hit lies within 8 u R of the ray in each axis and in depth, the
-// moved origin within 1 u R. A row of the matrix is a unit vector over the box's extent e along it, so of components that
+// moved origin within 10 u R. A row of the matrix is a unit vector over the box's extent e along it, so of components that
 // sum to √3 / e at most: what was off by x is off by √3 x / e in the cube. Three products and three sums (4 u) take the
 // origin into the cube, of terms that sum to √3 R / e at most, for the row's last number is no larger than a corner of the
 // tree makes it; three products and two sums (3 u) the direction, over the distance R. The row's last number is rounded (1 u); then the reciprocal (5 u), a product and a
-// sum (3 u). That is 25 u √3, below 44 u, so PAD_OBB is 64 u; the half edge is rounded too, for which extents are larger by
+// sum (3 u). That is 34 u √3, below 59 u, so PAD_OBB is 64 u; the half edge is rounded too, for which extents are larger by
 // 2⁻²⁰ of themselves.
 // A matrix has no room for a ray's own R: boxes are padded by PAD_OBB · R₀ at build, R₀ four times the tree's largest
 // coordinate, and for a ray from farther away the half edge is R / R₀ times as long, which is more than the padding needs.

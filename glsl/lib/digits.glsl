@@ -2,8 +2,8 @@
 // and flushes. Wants lib/double_single.glsl.
 
 // A sum of products of three floats as signed digits of base 2²⁴, the first of weight 2⁻⁴⁴⁷, that of three of the least
-// floats. Of 24 products a digit is less than 2²⁹, so carries wait. The last product ends at bit 3 · 253 + 72.
-const int DIGITS = 36;
+// floats. Of 24 products a digit is less than 2²⁹, so carries wait. The last product ends at bit 3 · 253 + 126 + 72.
+const int DIGITS = 41;
 const uint DIGIT_MASK = 0x00ffffffu;
 int digits[DIGITS];     // all 0 but within exact_triple, once begun
 ivec2 digits_used;      // first and last that may not be 0
@@ -12,8 +12,8 @@ void begin_digits() {
     for (int i = 0; i < DIGITS; ++i) digits[i] = 0;
 }
 
-// Adds x · y · z, or takes it away.
-void add_product(float x, float y, float z, bool away) {
+// Adds x · y · z · 2^scale, or takes it away; `scale` from 0 to 126.
+void add_product(float x, float y, float z, int scale, bool away) {
     uvec3 bits = uvec3(floatBitsToUint(x), floatBitsToUint(y), floatBitsToUint(z));
     uvec3 exponent = bits >> 23 & 0xffu;
     uvec3 mantissa = bits & 0x007fffffu | min(exponent, uvec3(1u)) << 23;
@@ -29,7 +29,7 @@ void add_product(float x, float y, float z, bool away) {
     second &= DIGIT_MASK;
 
     exponent = max(exponent, uvec3(1u)) - 1u;
-    uint place = exponent.x + exponent.y + exponent.z;
+    uint place = exponent.x + exponent.y + exponent.z + uint(scale);
     int at = int(place / 24u), left = int(place % 24u), right = 24 - left;
     ivec4 shifted = ivec4(uvec4(first << left, second << left | first >> right, third << left | second >> right, third >> right)
         & DIGIT_MASK);
@@ -64,13 +64,13 @@ vec2 take_digits(out int exponent) {
     return vec2(value.x, value.y + float(third) / 16777216.0);
 }
 
-// The triple product · 2^−exponent; of a point x, with x − o in its place.
-vec2 exact_triple(vec3 x, vec3 o, vec3 p, vec3 q, bool point, out int exponent) {
+// The triple product · 2^−exponent, of an origin o · 2^scale; of a point x, with x − o in its place.
+vec2 exact_triple(vec3 x, vec3 o, int scale, vec3 p, vec3 q, bool point, out int exponent) {
     digits_used = ivec2(DIGITS, 0);
     // x · (p × q) + x · (q × o) + x · (o × p), and of a point − o · (p × q).
     for (int k = 0; k < (point ? 24 : 18); ++k) {
         bool less = (k & 1) != 0;
-        add_product(x.x, less ? p.z : p.y, less ? q.y : q.z, less != (k >= 18));
+        add_product(x.x, less ? p.z : p.y, less ? q.y : q.z, k < 6 ? 0 : scale, less != (k >= 18));
         if (!less) continue;
         x = x.yzx;
         o = o.yzx;

@@ -2,7 +2,6 @@
 
 layout(constant_id = SPEC_ANY) const uint ANY = 0;
 layout(constant_id = SPEC_COUNT) const uint COUNT = 0;
-layout(constant_id = SPEC_ROBUST) const uint ROBUST = 1;
 layout(constant_id = SPEC_LEAF_BITS) const uint LEAF_BITS = 3;
 
 uint leaf_first(uint reference) { return reference & ((1u << (31 - LEAF_BITS)) - 1u); }
@@ -32,17 +31,17 @@ const uint UNKNOWN = 2u;
 // The test in higher precision and, where that can't tell, by integers: as if in exact arithmetic. t is less than an ulp off,
 // however the triangle lies. Of those that are surely beyond `limit` nothing is met.
 bool meet_in_doubt(Setup s, PackedTriangle t, float limit, out Meeting m) {
-    vec3 d = turned(s, s.direction), a = turned(s, t.a), b = turned(s, t.b), c = turned(s, t.c);
+    vec3 d = turned(s, s.line), a = turned(s, t.a), b = turned(s, t.b), c = turned(s, t.c);
 #ifdef FLOAT64
     // Of t that differ by less than the least normal float both may be one: then neither is beyond the other.
     double latest = double(limit) + (limit < s.t_max ? LEAST_NORMAL : 0.0LF);
-    uint known = meet_by_doubles(d, s.origin, a, b, c, s.t_min, latest, m);
+    uint known = is_distant(s) ? UNKNOWN : meet_by_doubles(d, s.origin, a, b, c, s.t_min, latest, m);
 #else
     // Beyond, products might overflow.
     uint known = s.reach < 1048576.0 ? meet_by_pairs(d, s.origin, a, b, c, s.t_min, limit, m) : UNKNOWN;
 #endif
-    if (known == UNKNOWN && finite(s.reach))
-        known = meet_by_integers(d, s.origin, a, b, c, s.t_min, s.t_max, m) ? MET : PASSED_BY;
+    if (known == UNKNOWN)
+        known = meet_by_integers(d, s.origin, s.scale, s.shift, a, b, c, s.t_min, s.t_max, m) ? MET : PASSED_BY;
     return known == MET;
 }
 
@@ -67,7 +66,7 @@ bool meet_robust(Setup s, PackedTriangle t, float limit, out Meeting m) {
     float doubt = ((32.0 / 16777216.0) * s.reach) * (far.x + far.y);
     // What passes is few: it is met again, for its sign where in doubt, and for its t: of a triangle much larger than t,
     // single precision would lose a share of 10⁻⁴.
-    return !(lo < -doubt && hi > doubt) && meet_in_doubt(s, t, limit, m);
+    return (is_distant(s) || !(lo < -doubt && hi > doubt)) && meet_in_doubt(s, t, limit, m);
 }
 
 // [MOLLER97]. Leaks at edges and vertices.
@@ -98,7 +97,7 @@ struct Nearest {
     float limit;  // what is beyond, as the walk counts t, is passed by
 };
 
-Nearest none_yet(Setup s) { return Nearest(s.t_max, INVALID, vec2(0.0), walk_limit(s.t_max, s.ahead, 1.0)); }
+Nearest none_yet(Setup s) { return Nearest(s.t_max, INVALID, vec2(0.0), limit_at(s, s.t_max)); }
 
 // Of equal t the lower triangle index wins, so that neither the tree nor the order of traversal shows in the result.
 // Returns whether an any-hit query is answered.
@@ -116,7 +115,7 @@ bool meet_triangle(Setup s, PackedTriangle triangle, inout Nearest nearest) {
     nearest.t = m.t;
     nearest.triangle = triangle.index;
     nearest.uv = m.uv;
-    nearest.limit = walk_limit(m.t, s.ahead, 1.0);
+    nearest.limit = limit_at(s, m.t);
     return false;
 }
 

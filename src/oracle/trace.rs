@@ -7,6 +7,7 @@ mod by_doubles;
 mod by_integers;
 mod by_pairs;
 mod digits;
+mod distant;
 mod double_single;
 mod packed;
 mod ray;
@@ -14,7 +15,6 @@ mod ray;
 pub use binary::BinaryNodes;
 pub use ray::{Setup, prepare};
 
-use self::approach::walk_limit;
 use self::by_doubles::meet_by_doubles;
 use self::by_integers::meet_by_integers;
 use self::by_pairs::meet_by_pairs;
@@ -54,21 +54,20 @@ pub fn meet(s: &Setup, corners: [V3; 3], limit: f32, wide: bool) -> Option<Meeti
     let far = |k: usize| p[k].abs().max(q[k].abs()).max(r[k].abs());
     let doubt = ((32.0 / 16_777_216.0) * s.reach) * (far(0) + far(1));
     let (lo, hi) = (u.min(v).min(w), u.max(v).max(w));
-    if lo < -doubt && hi > doubt {
+    if !s.is_distant() && lo < -doubt && hi > doubt {
         return None;
     }
     let corners = corners.map(|p| s.axes.map(|k| p[k]));
     let known = match wide {
-        true => meet_by_doubles(s, corners, limit),
+        true if !s.is_distant() => meet_by_doubles(s, corners, limit),
         // Beyond, products might overflow.
         false if s.reach < 1_048_576.0 => meet_by_pairs(s, corners, limit),
-        false => Known::Unknown,
+        _ => Known::Unknown,
     };
     match known {
         Known::Met(m) => Some(m),
         Known::PassedBy => None,
-        Known::Unknown if s.reach.is_finite() => meet_by_integers(s, corners),
-        Known::Unknown => None,
+        Known::Unknown => meet_by_integers(s, corners),
     }
 }
 
@@ -91,7 +90,7 @@ struct Nearest {
 
 impl Nearest {
     fn none_yet(s: &Setup) -> Self {
-        Self { t: s.t_max, triangle: INVALID, uv: [0.0; 2], limit: walk_limit(s.t_max, s.ahead, 1.0) }
+        Self { t: s.t_max, triangle: INVALID, uv: [0.0; 2], limit: s.limit_at(s.t_max) }
     }
 }
 
@@ -171,8 +170,7 @@ impl Tree<'_> {
             let Some(m) = self.meet(&s, corners, nearest.t) else { return false };
             let t = m.t;
             if t >= s.t_min && t <= nearest.t.min(f32::MAX) && (t != nearest.t || index < nearest.triangle) {
-                let limit = walk_limit(t, s.ahead, 1.0);
-                *nearest = Nearest { t, triangle: index, uv: m.uv, limit };
+                *nearest = Nearest { t, triangle: index, uv: m.uv, limit: s.limit_at(t) };
             }
             false
         });

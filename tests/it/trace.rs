@@ -361,6 +361,58 @@ fn rays_from_afar() {
     }
 }
 
+/// Rays at a sphere about 0, within and beside it, from `distance` along each axis: what their small components do, counts.
+fn from_distant(distance: f32, radius: f32) -> Vec<Ray> {
+    let mut random = Random(14);
+    let mut aim = |i: usize| {
+        let [to, from] = [(); 2].map(|()| random.point().map(|x| x * 1.5 * radius));
+        let away = if i.is_multiple_of(2) { distance } else { -distance };
+        let k = i / 2 % 3;
+        // One in four straight on, another through 0.
+        let mut r = match i % 4 {
+            0 => ray(from, [0.0; 3]),
+            1 => ray(from, from.map(|x| -x)),
+            _ => ray(from, std::array::from_fn(|k| to[k] - from[k])),
+        };
+        (r.origin[k], r.direction[k]) = (away, -away);
+        r
+    };
+    (0..1200).map(&mut aim).collect()
+}
+
+/// As in exact arithmetic, from as far as floats go: also where the origin overflows what the scene is measured in.
+#[test]
+fn distant_rays_hit_what_they_are_aimed_at() {
+    for device in [gpu, narrow] {
+        let device = quiet_on(device);
+        for (distance, radius) in [
+            (1e9, 1.0),
+            (1e12, 1.0),
+            (1e20, 1e3),
+            (1e30, 1e-4),
+            (3.4e38, 1.0),
+            (1e7, 1e-37),
+            (3e38, 1e-30),
+            (3.4e38, 1e-37),
+            (1e-10, 1e-37),
+        ] {
+            let what = format!("from {distance:e} at a sphere of radius {radius:e}");
+            let (scene, rays) = (sphere(12, [0.0; 3], radius.into()), from_distant(distance, radius));
+            let hits = check(&device, &what, &scene, &rays);
+            let hit = hits.iter().filter(|h| h.is_hit()).count();
+            assert!((300..900).contains(&hit), "{what}: {hit} of {} hit", rays.len());
+            // The sphere is at t = 1 and nowhere else.
+            for (t_min, t_max, within) in
+                [(0.0, 1.0, true), (1.0, 9.0, true), (0.0, 0.999, false), (1.001, 9.0, false)]
+            {
+                let ranged: Vec<Ray> = rays.iter().map(|r| Ray { t_min, t_max, ..*r }).collect();
+                let again = check(&device, &what, &scene, &ranged);
+                assert!(again.iter().zip(&hits).all(|(a, b)| a.is_hit() == (b.is_hit() && within)), "{what}");
+            }
+        }
+    }
+}
+
 #[test]
 fn far_rays_test_as_little_as_near_ones() {
     let device = quiet_on(narrow);
@@ -368,6 +420,7 @@ fn far_rays_test_as_little_as_near_ones() {
     let plain = Recipe::default();
     for recipe in [plain, Recipe { fit: Fit::Dito(14), oriented_cost: plain.collapse.node_cost, ..plain }] {
         let traced = Traced::new(&device, &soup, &recipe);
+        let counts = |t: &Tests| [t.boxes, t.oriented, t.triangles];
         let tested = |distance: f32| {
             let mut random = Random(13);
             let mut aim = || {
@@ -375,7 +428,6 @@ fn far_rays_test_as_little_as_near_ones() {
                 ray(std::array::from_fn(|k| to[k] + distance * away[k]), away.map(|x| -x))
             };
             let rays: Vec<Ray> = (0..1000).map(|_| aim()).collect();
-            let counts = |t: &Tests| [t.boxes, t.oriented, t.triangles];
             let (_, tests) = traced.counted(&rays, CLOSEST);
             for (tests, ray) in tests.iter().zip(&rays) {
                 assert_eq!(
@@ -390,6 +442,28 @@ fn far_rays_test_as_little_as_near_ones() {
         for distance in [1e2, 1e3, 1e5, 1e7] {
             let far = tested(distance);
             assert!(far <= near + near / 4, "from {distance:e} {far} boxes and triangles, from near {near}");
+        }
+        // Straight on, for no other from so far away meets the scene.
+        let straight = |distance: f32| {
+            let mut random = Random(15);
+            let mut aim = |i: usize| {
+                let mut r = ray(random.point(), [0.0; 3]);
+                (r.origin[i % 3], r.direction[i % 3]) = (distance, -distance);
+                r
+            };
+            let rays: Vec<Ray> = (0..1000).map(&mut aim).collect();
+            let (_, tests) = traced.counted(&rays, CLOSEST);
+            for (tests, ray) in tests.iter().zip(&rays) {
+                let twin = traced.twin().closest(ray).1;
+                assert_eq!(counts(tests), counts(&twin), "from {distance:e}: {ray:?}");
+            }
+            tests.iter().flat_map(counts).map(u64::from).sum::<u64>()
+        };
+        let near = straight(4.0);
+        for distance in [1e11, 1e20, 1e38] {
+            // All of the scene is at one t: what is behind a hit is met too.
+            let far = straight(distance);
+            assert!(far <= 3 * near, "from {distance:e} {far} boxes and triangles, from near {near}");
         }
     }
 }

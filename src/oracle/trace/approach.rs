@@ -5,8 +5,6 @@ use super::double_single::Pair;
 
 /// A ray from nearer is as well off without.
 pub(super) const NEAR: f32 = 32.0;
-/// 2¹⁰⁰: from beyond, something might overflow.
-pub(super) const FARTHEST: f32 = 1_267_650_600_228_229_401_496_703_205_376.0;
 
 /// How far along `d` the walk begins.
 pub(super) fn ahead_of(moved: V3, d: V3, reach: f32) -> f32 {

@@ -30,7 +30,7 @@ fn each(a: D3, b: D3, f: impl Fn(f64, f64) -> f64) -> D3 {
 /// `corners` in the order of `axes`.
 pub(super) fn meet_by_doubles(s: &Setup, corners: [V3; 3], limit: f32) -> Known {
     let [a, b, c] = corners.map(|p| p.map(f64::from));
-    let line = s.direction.map(f64::from);
+    let line = s.line.map(f64::from);
     let minus = |a: D3, b: D3| each(a, b, |a, b| a - b);
     let (x, e1, e2) = (minus(a, s.origin.map(f64::from)), minus(b, a), minus(c, a));
     let ([n_more, n_less], [h_more, h_less]) = (products(e2, e1), products(line, x));

@@ -21,20 +21,20 @@ fn surely_zero(d: V3, a: V3, b: V3, c: V3) -> bool {
 /// `corners` in the order of `axes`.
 pub(super) fn meet_by_pairs(s: &Setup, [a, b, c]: [V3; 3], limit: f32) -> Known {
     let [x, e1, e2] = [difference(a, s.origin), difference(b, a), difference(c, a)];
-    let line = s.direction.map(Pair::new);
+    let line = s.line.map(Pair::new);
     let (n, h) = (cross(&e2, &e1), cross(&line, &x));
     let (det, depth, v, w) = (dot(&line, &n), dot(&x, &n), dot(&h, &e2), dot(&h, &e1).negated());
     let u = det.plus(v.plus(w).negated());
 
     let [x, e1, e2] = [x, e1, e2].map(|e| upper(&e));
-    let (n_size, h_size) = (outer_size(e2, e1), outer_size(s.direction, x));
-    let (det_size, depth_size) = (inner_size(s.direction, n_size), inner_size(x, n_size));
+    let (n_size, h_size) = (outer_size(e2, e1), outer_size(s.line, x));
+    let (det_size, depth_size) = (inner_size(s.line, n_size), inner_size(x, n_size));
     let [v_off, w_off] = [e2, e1].map(|e| PAIR_DOUBT * inner_size(h_size, e) + PAIR_LEAST);
     let off = [PAIR_DOUBT * det_size + (v_off + w_off), v_off, w_off];
     let [det_least, depth_least] = [det_size, depth_size].map(|size| PAIR_RIGHT * size + PAIR_LEAST);
     let size = det.hi.abs();
     if size <= det_least || size.is_nan() {
-        return if surely_zero(s.direction, a, b, c) { Known::PassedBy } else { Known::Unknown };
+        return if surely_zero(s.line, a, b, c) { Known::PassedBy } else { Known::Unknown };
     }
     let weights = [u, v, w].map(|w| if det.hi > 0.0 { w.hi } else { -w.hi });
     if weights.iter().zip(off).any(|(w, off)| *w < -off) {

@@ -1,17 +1,18 @@
 //! Twin of `glsl/lib/digits.glsl`: x · ((p − o) × (q − o)) of single-precision vectors, exactly, by integers.
 
 use super::double_single::Pair;
+use std::iter;
 
 type V3 = [f32; 3];
 
 /// Digits of base 2²⁴, the first of weight 2⁻⁴⁴⁷.
-const DIGITS: usize = 36;
+const DIGITS: usize = 41;
 /// Of a digit.
 const MASK: u128 = 0x00ff_ffff;
 /// 2²⁴.
 const BASE: f32 = 16_777_216.0;
 
-/// value · 2^exponent; the value's upper part is 0 exactly where that is.
+/// value · 2^exponent, exact to a share of 2⁻⁴⁶; the value's upper part is 0 exactly where that is.
 #[derive(Debug, Clone, Copy)]
 pub struct Sum {
     /// Between 2²³ and 2⁴⁸, or 0.
@@ -27,9 +28,14 @@ struct Digits {
 }
 
 impl Digits {
-    /// Adds x · y · z, or takes it away.
-    fn add(&mut self, numbers: V3, away: bool) {
-        let (mut mantissa, mut place, mut negative) = (1u128, 0, away);
+    /// None yet.
+    fn new() -> Self {
+        Self { all: [0; DIGITS], first: DIGITS, last: 0 }
+    }
+
+    /// Adds x · y · z · 2^scale, or takes it away; `scale` from 0 to 126.
+    fn add(&mut self, numbers: V3, scale: usize, away: bool) {
+        let (mut mantissa, mut place, mut negative) = (1u128, scale, away);
         for x in numbers {
             let (exponent, fraction) = (x.to_bits() >> 23 & 0xff, x.to_bits() & 0x007f_ffff);
             mantissa *= u128::from(fraction | exponent.min(1) << 23);
@@ -66,13 +72,32 @@ impl Digits {
     }
 }
 
+/// An origin at · 2^scale.
+#[derive(Debug, Clone, Copy)]
+pub struct Origin {
+    pub at: V3,
+    /// From 0 to 126.
+    pub scale: usize,
+}
+
+/// The sum of products ± x · y · 2^scale.
+pub fn exact_sum(products: impl IntoIterator<Item = (f32, f32, usize, bool)>) -> Sum {
+    let mut digits = Digits::new();
+    for (x, y, scale, away) in products {
+        digits.add([x, y, 1.0], scale, away);
+    }
+    digits.value()
+}
+
 /// The triple product; of a `point` x, with x − o in its place.
-pub fn exact_triple(x: V3, o: V3, p: V3, q: V3, point: bool) -> Sum {
-    let mut digits = Digits { all: [0; DIGITS], first: DIGITS, last: 0 };
-    for (x, [p, q], away) in [(x, [p, q], false), (x, [q, o], false), (x, [o, p], false), (o, [p, q], true)] {
+pub fn exact_triple(x: V3, o: Origin, p: V3, q: V3, point: bool) -> Sum {
+    let mut digits = Digits::new();
+    let Origin { at: o, scale } = o;
+    let of_origin = [(x, [q, o], scale, false), (x, [o, p], scale, false), (o, [p, q], scale, true)];
+    for (x, [p, q], scale, away) in iter::once((x, [p, q], 0, false)).chain(of_origin) {
         for [i, j, k] in [[0, 1, 2], [1, 2, 0], [2, 0, 1]].into_iter().filter(|_| point || !away) {
-            digits.add([x[i], p[j], q[k]], away);
-            digits.add([x[i], p[k], q[j]], !away);
+            digits.add([x[i], p[j], q[k]], scale, away);
+            digits.add([x[i], p[k], q[j]], scale, !away);
         }
     }
     digits.value()
@@ -103,13 +128,17 @@ mod tests {
                 // Through the edge's middle, or nearly.
                 d = std::array::from_fn(|k| 0.5 * (p[k] + q[k]) - o[k]);
             }
+            // Half of the origins are scaled, up to as far as they ever are.
+            let scale = if i % 4 < 2 { 0 } else { next(127) as usize };
             let wide = |v: V3| v.map(f64::from);
-            let [to_p, to_q] = [p, q].map(|v| Difference::new(wide(o), wide(v)));
+            let from = wide(o).map(|x| x * 2f64.powi(scale as i32));
+            let o = Origin { at: o, scale };
+            let [to_p, to_q] = [p, q].map(|v| Difference::new(from, wide(v)));
             let value = |sum: &Sum| {
                 sum.value.to_f64() * 2f64.powi(sum.exponent / 2) * 2f64.powi(sum.exponent - sum.exponent / 2)
             };
             let ours = [exact_triple(d, o, p, q, false), exact_triple(d, o, p, q, true)];
-            let truth = [Difference::vector(wide(d)), Difference::new(wide(o), wide(d))]
+            let truth = [Difference::vector(wide(d)), Difference::new(from, wide(d))]
                 .map(|x| exact(&x, &to_p, &to_q));
             for (ours, truth) in ours.iter().zip(truth) {
                 let is = value(ours);
