@@ -57,7 +57,8 @@
 //! - **robust, fast**: the watertight triangle test with exact signs; Möller–Trumbore.
 //! - **bound**: how far a hit's t, u and v may be off at worst, derived in [`oracle::bounds`]; of a secondary ray's origin, in
 //!   `glsl/rays/surface.glsl`.
-//! - **stable ray**: one whose slightly moved copies agree, so that a difference there is a fault, not rounding.
+//! - **stable ray**: one whose copies, changed by what rounding may change, agree, so that a difference there is a fault:
+//!   [`oracle::compare`].
 //! - **device shape**: how many items an invocation takes, how large a workgroup is. Results never depend on it.
 //!
 //! # Bibliography

@@ -112,7 +112,9 @@ impl BenchError {
             Self::Device(e) | Self::Build(BuildError::Device(e)) | Self::Picture(PictureError::Device(e)) => {
                 too_large(e)
             }
-            Self::Build(e) => matches!(e, BuildError::TooMany { .. } | BuildError::Bases { .. }),
+            Self::Build(e) => {
+                matches!(e, BuildError::TooMany { .. } | BuildError::Bases { .. } | BuildError::TooFar { .. })
+            }
             // What was typed wrong is said before hours of work.
             Self::Scene(e) => !matches!(e, S::UnknownName { .. } | S::BadSize { .. } | S::Transform { .. }),
             Self::Picture(_) | Self::Rows(_) | Self::Tree { .. } => false,

@@ -171,6 +171,19 @@ impl Build<'_> {
 /// A build that can't be done.
 #[derive(Debug, thiserror::Error)]
 pub enum BuildError {
+    /// A scene in a plane, too far away for its size.
+    #[error(
+        "the scene lies in the plane {axis} = {at:e}, more than 2^126 times as far away as it is long ({longest:e}): no \
+         unit of length holds both; move it nearer (--translate)"
+    )]
+    TooFar {
+        /// Of x, y and z.
+        axis: char,
+        /// Coordinate that all corners share.
+        at: f32,
+        /// Longest edge of the scene's box.
+        longest: f32,
+    },
     /// The device failed.
     #[error(transparent)]
     Device(#[from] DeviceError),

@@ -2,7 +2,7 @@
 //! Differs from the latter: the axes' bits take turns, whatever the scene's proportions, and those of all axes come
 //! before one of size, so that a triangle has it where it is larger than a cell of the bits above.
 
-use super::{Build, Result};
+use super::{Build, BuildError, Result};
 use crate::abi::{
     Aabb, CODE_30, CODE_63, MortonBoundsArgs, MortonEncodeArgs, PtrMut, SPEC_ITEMS, SPEC_WG, SceneBounds,
 };
@@ -46,7 +46,7 @@ pub(super) fn bounds(build: &mut Build<'_>) -> Result<Space> {
     let mut rec = build.recorder()?;
     record_bounds(build, &mut rec, &bounds)?;
     build.run(rec)?;
-    Ok(space(&bounds.read()?[0]))
+    space(&bounds.read()?[0])
 }
 
 fn record_bounds(build: &Build<'_>, rec: &mut Recorder, bounds: &Buffer<SceneBounds>) -> Result<()> {
@@ -123,14 +123,17 @@ fn finish(build: &mut Build<'_>, mut rec: Recorder, codes: &mut Codes) -> Result
         // The key of those that can't be hit sorts them to the end.
         codes.live |= crate::abi::UNHITTABLE_KEY;
     }
-    Ok(space(&seen))
+    space(&seen)
 }
 
 /// Unit space of a scene: the longest edge between ½ and 1, the centre at 0.
-fn space(seen: &SceneBounds) -> Space {
+///
+/// # Errors
+/// [`BuildError::TooFar`] where a coordinate overflows there.
+fn space(seen: &SceneBounds) -> Result<Space> {
     let bounds = Aabb { lo: seen.lo.map(unordered), hi: seen.hi.map(unordered) };
     if seen.hittable == 0 {
-        return Space { exponent: 0, scale: 1.0, anchor: [0.0; 3], reach: 0.0 };
+        return Ok(Space { exponent: 0, scale: 1.0, anchor: [0.0; 3], reach: 0.0 });
     }
     let (lo, hi) = (bounds.lo.map(f64::from), bounds.hi.map(f64::from));
     let longest = (0..3).map(|k| hi[k] - lo[k]).fold(0.0, f64::max);
@@ -139,8 +142,16 @@ fn space(seen: &SceneBounds) -> Space {
     let scale = 2f64.powi(exponent);
     // + 0: never −0, whichever of −0 and +0 the driver's minimum takes.
     let anchor: [f32; 3] = std::array::from_fn(|k| ((lo[k] + hi[k]) * 0.5 * scale) as f32 + 0.0);
+    // Of coordinates that differ, none is 2²⁵ times as large as what they differ by: only those of a plane overflow.
+    if let Some(k) = (0..3).find(|&k| !anchor[k].is_finite()) {
+        return Err(BuildError::TooFar {
+            axis: ['x', 'y', 'z'][k],
+            at: bounds.lo[k],
+            longest: longest as f32,
+        });
+    }
     let reach = (0..3)
         .flat_map(|k| [lo[k], hi[k]].map(|x| (x * scale - f64::from(anchor[k])).abs()))
         .fold(0.0, f64::max);
-    Space { exponent, scale: scale as f32, anchor, reach: reach as f32 * 1.000_001 }
+    Ok(Space { exponent, scale: scale as f32, anchor, reach: reach as f32 * 1.000_001 })
 }

@@ -413,6 +413,40 @@ fn distant_rays_hit_what_they_are_aimed_at() {
     }
 }
 
+/// Of a plane as far away as floats go, and so small that no unit holds both, no tree is made.
+#[test]
+fn scenes_too_far_for_their_size_are_refused() {
+    let device = quiet();
+    for (k, axis) in ['x', 'y', 'z'].into_iter().enumerate() {
+        for (at, size, fits) in
+            [(1e30, 1e-30, false), (1e30, 1e-7, true), (-1e38, 1e2, true), (-3e38, 1e-20, false)]
+        {
+            let mut corners = [[0.0; 3]; 3];
+            (corners[1][(k + 1) % 3], corners[2][(k + 2) % 3]) = (size, size);
+            corners.iter_mut().for_each(|c| c[k] = at);
+            let scene = scene(&[corners]);
+            let buffers = SceneBuffers::upload(&device, &scene).unwrap();
+            let built = bvh::build(&device, &buffers, &Recipe::default(), Timing::Off);
+            assert_eq!(built.is_ok(), fits, "{axis} = {at:e}, {size:e} long");
+            let Err(error) = built else {
+                let rays = [0.25, 0.75].map(|share| {
+                    let mut r = ray([share * size; 3], [0.0; 3]);
+                    (r.origin[k], r.direction[k]) = (0.0, at);
+                    r
+                });
+                let hits = check(&device, &format!("{axis} = {at:e}"), &scene, &rays);
+                assert_eq!([hits[0].is_hit(), hits[1].is_hit()], [true, false], "{axis} = {at:e}");
+                continue;
+            };
+            let told = error.to_string();
+            assert!(
+                told.contains(&format!("the plane {axis} = {at:e}")) && told.contains("--translate"),
+                "{told}"
+            );
+        }
+    }
+}
+
 #[test]
 fn far_rays_test_as_little_as_near_ones() {
     let device = quiet_on(narrow);
