@@ -2,22 +2,22 @@
 //
 // Unit space: coordinates are scaled by 2^exponent, so that the scene measures between ½ and 1 and only the origin of a
 // distant ray overflows (lib/distant.glsl); the direction is scaled by a power of two to a largest component in [1, 2). Both
-// are exact. Boxes, not triangles,
-// are moved by −anchor besides, so that their coordinates are small however far from the origin the scene lies.
+// are exact. Boxes, not triangles, are moved by −anchor besides, so that their coordinates are small however far from the
+// origin the scene lies.
 //
 // Box padding. A hit that the triangle test reports lies within PAD · R of the ray in each axis and in depth, where R is
 // the largest coordinate difference between where its walk begins (lib/approach.glsl) and the scene: the robust test is
 // exact but for t, which it rounds (1⅛ u, u = 2⁻²⁴); the boxes' coordinates are rounded (1 u), their planes' distances from
-// the node's corner (1 u), the moved origin (1 u, of a distant ray 10 u), the reciprocal direction (5 u), and of a plane two products and three
-// sums (5 u; steps are powers of two). That is less than 24 u; PAD is 32 u. Boxes larger by PAD · R on every side contain
-// every robust hit, so no ray falls between two of them. Of the fast test's hits, whose errors grow with slenderness, it is
-// not said.
+// the node's corner (1 u), the moved origin (1 u, of a distant ray 10 u), the reciprocal direction (5 u), and of a plane two
+// products and three sums (5 u; steps are powers of two). That is less than 24 u; PAD is 32 u. Boxes larger by PAD · R on
+// every side contain every robust hit, so no ray falls between two of them. Of the fast test's hits, whose errors grow with
+// slenderness, it is not said.
 const float PAD = 32.0 / 16777216.0;
 // Padding in a node's frame, times its stretch (lib/frame.glsl). A row of the rotation has components that sum to √3 at
 // most, so what was off by e an axis is off by √3 e: the hit (1⅛ u √3), the corner less the anchor and the moved origin
-// (1 u √3 each, of a distant ray 10 u √3). Three products and two sums (3 u √3) take the corner, the origin and, over the distance R, the direction
-// into the frame. Distances from the node's corner, up to twice as long, are rounded (2 u √3); reciprocals and planes as
-// above, of lengths up to √3 R (10 u √3). That is 58 u; PAD_ORIENTED is 64 u.
+// (1 u √3 each, of a distant ray 10 u √3). Three products and two sums (3 u √3) take the corner, the origin and, over the
+// distance R, the direction into the frame. Distances from the node's corner, up to twice as long, are rounded (2 u √3);
+// reciprocals and planes as above, of lengths up to √3 R (10 u √3). That is 58 u; PAD_ORIENTED is 64 u.
 const float PAD_ORIENTED = 64.0 / 16777216.0;
 // Direction components below this are raised to it, with their sign: over the distance R that moves the ray by
 // 2⁻⁴⁰ R, far less than the padding, and ±0 needs no case of its own.

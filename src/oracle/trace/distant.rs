@@ -15,7 +15,7 @@ pub(super) struct Far {
     pub origin: V3,
     /// Unscaled direction.
     pub line: V3,
-    /// 2 to this power scales the direction to `scaled_line`.
+    /// `line` is `scaled_line` · 2 to this power.
     pub exponent: i32,
     pub scaled_line: V3,
     pub scale: usize,
@@ -25,7 +25,7 @@ pub(super) struct Far {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Begin {
     pub at: V3,
-    /// t of the scene: · 2^`Far::shift`.
+    /// t of the scene, counted as `Setup::t_min` is.
     pub t: f32,
     /// Whether it passes the scene by.
     pub aside: bool,
