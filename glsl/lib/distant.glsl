@@ -8,12 +8,10 @@
 // that out of its range is done, and another has no limit to its walk.
 
 // Takes the ray's own numbers; returns its origin · 2^−scale. Of t a fourth is taken, which can't overflow.
-vec3 take_far(inout Setup s, Ray ray, vec3 o, int exponent) {
+vec3 take_far(inout Setup s, Ray ray, vec3 o) {
     s.line = ray.direction;
-    s.scale = max(args.exponent, 0);
-    s.shift = exponent - s.scale - 2;
-    s.t_exponent += s.scale + 2;
-    return s.scale > 0 ? ray.origin : o;
+    s.t_exponent += scale_of(s) + 2;
+    return scale_of(s) > 0 ? ray.origin : o;
 }
 
 // Where the walk begins, moved: on the plane of the largest component, 2 before the anchor, so that the scene, within 1 of
@@ -31,14 +29,14 @@ vec3 approached_from_far(inout Setup s, vec3 o, int exponent) {
         for (uint i = 0; i < (k == z ? 2u : 4u); ++i) {
             bool of_anchor = (i & 1u) != 0u, latter = i >= 2u;
             uint from = latter ? z : k, along = latter ? k : z;
-            add_product(of_anchor ? args.anchor[from] : o[from], s.line[along], 1.0, of_anchor ? 0 : s.scale, of_anchor != latter);
+            add_product(of_anchor ? args.anchor[from] : o[from], s.line[along], 1.0, of_anchor ? 0 : scale_of(s), of_anchor != latter);
         }
         int place;
         vec2 sum = take_digits(place);
         precise float quotient = (sum.x + sum.y) / s.direction[z];
         precise float along_ray = quotient / s.direction[z];
         // Of what is far aside all that counts is that it is.
-        if (k == z) t = -scaled(along_ray, place - 2 * exponent + s.shift);
+        if (k == z) t = -scaled(along_ray, place - 2 * exponent + shift_of(s));
         else off[k] = scaled(quotient, min(place - exponent, 60));
     }
     // Along the ray the scene is less than t · 2⁻²⁸ long.

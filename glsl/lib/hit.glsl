@@ -41,7 +41,7 @@ bool meet_in_doubt(Setup s, PackedTriangle t, float limit, out Meeting m) {
     uint known = s.reach < 1048576.0 ? meet_by_pairs(d, s.origin, a, b, c, s.t_min, limit, m) : UNKNOWN;
 #endif
     if (known == UNKNOWN)
-        known = meet_by_integers(d, s.origin, s.scale, s.shift, a, b, c, s.t_min, s.t_max, m) ? MET : PASSED_BY;
+        known = meet_by_integers(d, s.origin, scale_of(s), shift_of(s), a, b, c, s.t_min, s.t_max, m) ? MET : PASSED_BY;
     return known == MET;
 }
 

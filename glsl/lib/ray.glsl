@@ -31,7 +31,7 @@ layout(constant_id = SPEC_ROBUST) const uint ROBUST = 1;
 #include "lib/approach.glsl"
 
 struct Setup {
-    vec3 origin;      // unit scale · 2^−scale, not moved; in the order of axes
+    vec3 origin;      // unit scale · 2^−scale_of, not moved; in the order of axes
     vec3 shear;       // of the triangle test: direction[axes.x], [axes.y] over [axes.z]; 1 over [axes.z]
     uvec3 axes;       // a permutation of 0 1 2; axes.z is the direction's largest component
     vec3 inverse;     // 1 / direction
@@ -42,8 +42,6 @@ struct Setup {
     int t_exponent;   // t of the file = t here · 2^t_exponent
     vec3 direction;   // scaled
     vec3 line;        // as the exact test takes the direction
-    int scale;        // 0, but of a distant ray
-    int shift;        // likewise: t here = t in lengths of `line` · 2^shift
     float reach;      // largest coordinate difference between the origin and the scene
     float ahead;      // where the walk begins, in lengths of the direction: what is of the walk counts t from there
     float begin;      // t_min, of the walk
@@ -93,6 +91,12 @@ vec3 inverse_of(vec3 d) {
 // Whether the origin is so far away that lib/distant.glsl sees to it.
 bool is_distant(Setup s) { return ROBUST != 0 && !(s.reach < DISTANT); }
 
+// Exponent of the origin: 0, but of a distant ray. Not kept, nor is the next, for hardly a ray asks.
+int scale_of(Setup s) { return is_distant(s) ? max(args.exponent, 0) : 0; }
+
+// t here = t in lengths of `line` · 2^shift.
+int shift_of(Setup s) { return is_distant(s) ? -s.t_exponent - args.exponent : 0; }
+
 // What is beyond t, as the walk counts.
 float limit_at(Setup s, float t) { return is_distant(s) ? 3.4028235e38 : walk_limit(t, s.ahead, 1.0); }
 
@@ -110,8 +114,6 @@ Setup prepare(Ray ray) {
     d = vec3(scaled(d.x, -exponent), scaled(d.y, -exponent), scaled(d.z, -exponent));
     s.direction = d;
     s.line = d;
-    s.scale = 0;
-    s.shift = 0;
     s.t_exponent = -exponent - args.exponent;
     vec3 a = abs(d);
     s.axes = a.z >= a.x && a.z >= a.y ? uvec3(0, 1, 2) : a.y >= a.x ? uvec3(2, 0, 1) : uvec3(1, 2, 0);
@@ -122,7 +124,7 @@ Setup prepare(Ray ray) {
     s.reach = reach;
     s.walk_reach = reach;
     s.ahead = 0.0;
-    if (is_distant(s)) o = take_far(s, ray, o, exponent);
+    if (is_distant(s)) o = take_far(s, ray, o);
     s.t_min = scaled_limit(ray.t_min, -s.t_exponent);
     s.t_max = scaled_limit(ray.t_max, -s.t_exponent);
     s.begin = s.t_min;

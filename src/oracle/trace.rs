@@ -202,7 +202,7 @@ impl Tree<'_> {
 
     /// Input indices of all triangles of the tree that the line of `ray` meets: no boxes, no order.
     pub fn crossed(&self, ray: &Ray) -> Vec<u32> {
-        let s = Setup { t_min: f32::NEG_INFINITY, ..prepare(ray, self.space) };
+        let s = prepare(&Ray { t_min: f32::NEG_INFINITY, t_max: f32::INFINITY, ..*ray }, self.space);
         let count = self.tree.triangles.len() as u32 / TRIANGLE_WORDS;
         let index_if_met = |place: u32| {
             let (corners, index) = self.triangle(place);
