@@ -8,12 +8,19 @@ use std::sync::{Arc, Mutex};
 
 const VALIDATION: &CStr = c"VK_LAYER_KHRONOS_validation";
 
+/// The first validation layers that lock what they keep of a command buffer's labels before they forget it. Older ones do
+/// so on a thread of their own while the same handle, used again, is labelled: memory is written after it was freed, and
+/// now and then the process aborts (Vulkan-ValidationLayers issue 5172, mended by pull request 5312).
+const LABELS_LOCKED: u32 = vk::make_api_version(0, 1, 3, 243);
+
 /// The loader and an instance: enough to look at devices.
 pub(super) struct Instance {
     _entry: ash::Entry,
     pub(super) raw: ash::Instance,
     debug: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
-    /// Whether passes can be labelled, for validation messages and debuggers.
+    /// Whether objects can be named, for validation messages and debuggers.
+    pub(super) names: bool,
+    /// Whether passes can be labelled too.
     pub(super) labels: bool,
     pub(super) messages: Messages,
 }
@@ -31,10 +38,11 @@ impl Instance {
         let entry = unsafe { ash::Entry::load() }.map_err(|e| DeviceError::NoLoader(e.to_string()))?;
         // SAFETY: the entry's functions are loaded.
         let layers = unsafe { entry.enumerate_instance_layer_properties() }.context("instance layers")?;
-        let there = layers.iter().any(|l| l.layer_name_as_c_str() == Ok(VALIDATION));
-        if validation && !there {
-            return Err(DeviceError::NoValidation);
-        }
+        let there = layers.iter().find(|l| l.layer_name_as_c_str() == Ok(VALIDATION));
+        let checked_by = match there.filter(|_| validation) {
+            None if validation => return Err(DeviceError::NoValidation),
+            layer => layer.map(|l| l.spec_version),
+        };
         // SAFETY: as above.
         let extensions =
             unsafe { entry.enumerate_instance_extension_properties(None) }.context("instance extensions")?;
@@ -66,8 +74,9 @@ impl Instance {
         }
         // SAFETY: names and structs outlive the call.
         let raw = unsafe { entry.create_instance(&create, None) }.context("vkCreateInstance")?;
+        let labels = has_debug && bear_labels(checked_by);
         let mut instance =
-            Self { _entry: entry, raw, debug: None, labels: has_debug, messages: Messages::default() };
+            Self { _entry: entry, raw, debug: None, names: has_debug, labels, messages: Messages::default() };
         if validation {
             let loader = ash::ext::debug_utils::Instance::new(&instance._entry, &instance.raw);
             let info = vk::DebugUtilsMessengerCreateInfoEXT::default()
@@ -112,6 +121,11 @@ impl Drop for Instance {
     }
 }
 
+/// Whether passes may be labelled under validation layers of version `checked_by`, if any.
+fn bear_labels(checked_by: Option<u32>) -> bool {
+    checked_by.is_none_or(|version| version >= LABELS_LOCKED)
+}
+
 /// # Safety
 /// Called by the loader with a valid callback struct and the user data given at creation.
 unsafe extern "system" fn on_message(
@@ -131,4 +145,19 @@ unsafe extern "system" fn on_message(
         lock(messages).push(text);
     }
     vk::FALSE
+}
+
+#[cfg(test)]
+mod tests {
+    use super::bear_labels;
+    use ash::vk::make_api_version;
+
+    #[test]
+    fn labels_are_left_out_under_layers_that_do_not_bear_them() {
+        // Debian 12's, the last before the mend, the first with it, and later ones.
+        let borne = [(3, 239), (3, 242), (3, 243), (4, 309)]
+            .map(|(minor, patch)| bear_labels(Some(make_api_version(0, 1, minor, patch))));
+        assert_eq!(borne, [false, false, true, true]);
+        assert!(bear_labels(None), "nothing keeps labels where nothing checks");
+    }
 }

@@ -84,7 +84,8 @@ pub struct Device {
     /// Whether kernels use 64-bit integers and floats.
     wide: bool,
     raw: ash::Device,
-    labels: Option<ash::ext::debug_utils::Device>,
+    /// Where objects can be named and passes labelled.
+    debug: Option<ash::ext::debug_utils::Device>,
     /// Where the device tells its clock's time.
     calibrated: Option<ash::ext::calibrated_timestamps::Device>,
     /// Where there are ray queries.
@@ -208,7 +209,7 @@ impl Device {
         })?;
         let structures =
             ray_query.then(|| ash::khr::acceleration_structure::Device::new(&instance.raw, &raw));
-        let labels = instance.labels.then(|| ash::ext::debug_utils::Device::new(&instance.raw, &raw));
+        let debug = instance.names.then(|| ash::ext::debug_utils::Device::new(&instance.raw, &raw));
         let calibrated =
             calibrated.then(|| ash::ext::calibrated_timestamps::Device::new(&instance.raw, &raw));
         Ok(Arc::new(Self {
@@ -216,7 +217,7 @@ impl Device {
             info,
             wide,
             raw,
-            labels,
+            debug,
             calibrated,
             structures,
             physical,
@@ -263,10 +264,15 @@ impl Device {
 
     /// Gives an object the name that validation messages and debuggers show.
     fn name(&self, object: impl vk::Handle, name: &str) {
-        let (Some(labels), Ok(name)) = (&self.labels, CString::new(name)) else { return };
+        let (Some(debug), Ok(name)) = (&self.debug, CString::new(name)) else { return };
         let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(object).object_name(&name);
         // SAFETY: a live object of this device. A name that the driver has no room for does no harm.
-        let _ = unsafe { labels.set_debug_utils_object_name(&info) };
+        let _ = unsafe { debug.set_debug_utils_object_name(&info) };
+    }
+
+    /// What labels passes, where that does no harm.
+    fn labels(&self) -> Option<&ash::ext::debug_utils::Device> {
+        self.debug.as_ref().filter(|_| self.instance.labels)
     }
 }
 

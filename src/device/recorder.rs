@@ -262,7 +262,7 @@ impl Recorder {
         let device = self.device.clone();
         let bytes = bytemuck::bytes_of(args);
         let pipeline = device.pipeline(kernel, constants)?;
-        if let Some(labels) = &device.labels {
+        if let Some(labels) = device.labels() {
             let name = CString::new(kernel.name).unwrap_or_default();
             let label = vk::DebugUtilsLabelEXT::default().label_name(&name);
             // SAFETY: recording; ended by `unlabel`.
@@ -285,7 +285,7 @@ impl Recorder {
     }
 
     fn unlabel(&self) {
-        if let Some(labels) = &self.device.labels {
+        if let Some(labels) = self.device.labels() {
             // SAFETY: recording; `bind` began one.
             unsafe { labels.cmd_end_debug_utils_label(self.commands) };
         }
